@@ -125,10 +125,12 @@ CloudMatches MovedCloud(const Scored& scored, int wrong) {
 
 /// What every kind of matches says. change: of scores.
 std::vector<Answer> AnswersOf(const Scored& general, const Scored& flat, int wrong, auto change) {
+  CloudOptions within;
+  within.max_distance = 0.05;
   return {AnswerOf(EstimateEssential(change(general.matches), general.cameras)),
           AnswerOf(EstimateFundamental(change(general.matches))), AnswerOf(EstimateHomography(change(flat.matches))),
           AnswerOf(EstimateAbsolutePose(change(general.points), testing::kCamera)),
-          AnswerOf(EstimateRigidMotion(change(MovedCloud(general, wrong))))};
+          AnswerOf(EstimateRigidMotion(change(MovedCloud(general, wrong)), within))};
 }
 
 void CheckRight(const Answer& answer, int wrong) {
@@ -221,7 +223,9 @@ TEST_CASE("Scores are doubted by their order alone and by sure estimates only ag
   CHECK_FALSE(doubts(problem.match_ratio.array().cube()));
   CHECK(doubts(1.0 - problem.match_ratio.array()));
   CHECK(doubts(1.0 - problem.match_ratio.array().cube()));
-  CHECK(doubts(Shuffled(Matches{.scores = problem.match_ratio}, 7).scores));
+  Matches shuffled;
+  shuffled.scores = problem.match_ratio;
+  CHECK(doubts(Shuffled(shuffled, 7).scores));
   CHECK_FALSE(doubts({}));
   // A row that is not finite may have any ratio.
   other.points(1, 0) = std::numeric_limits<double>::infinity();

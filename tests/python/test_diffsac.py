@@ -402,6 +402,11 @@ class TestMistakes(unittest.TestCase):
         ):
             self.assertLess(angle_deg(estimate.pose.rotation, ROTATION), 0.5)
             self.assertIsNone(estimate.inlier_probabilities)
+            self.assertFalse(estimate.scores_ignored)
+        for costs in ({"scores": s.ratio}, {"ratio": scores}):
+            estimate = diffsac.estimate_essential(s.x1, s.x2, K, K, **costs)
+            self.assertLess(angle_deg(estimate.pose.rotation, ROTATION), 0.5)
+            self.assertTrue(estimate.scores_ignored)
         masked = diffsac.estimate_essential(s.x1, s.x2, K, K, scores=np.ma.masked_array(scores, np.arange(200) < 7))
         self.assertEqual(masked.rows_left_out, 7)
         for wrong in (-scores, 30 * scores, np.nan * scores):

@@ -94,34 +94,26 @@ const RobustEstimator& Estimator::For(Known known) const {
   return *made;
 }
 
-const RobustEstimator& Estimator::WithoutScores(bool scored) const {
+const RobustEstimator& Estimator::For(const Problem& problem) const {
+  if (problem.match_ratio.size() > 0) return For(problem.scored ? kScores : kRatios);
+  if (!problem.scored) return For(kNothing);
   try {
     return For(kNothing);
   } catch (const Error&) {
-    // Of matches with scores no network was asked for, so that there may be none.
-    if (scored) return For(kScores);
-    throw;
+    return For(kScores);  // Which needs no network: there may be none.
   }
 }
 
 Estimate Estimator::Run(const Problem& problem, std::uint64_t seed, bool threshold_asked) const {
   Require(problem.task == task_, "problem.task", ToString(task_) + ", got " + ToString(problem.task));
-  const RobustEstimator& estimator = For(problem.match_ratio.size() == 0 ? kNothing
-                                         : problem.scored                ? kScores
-                                                                         : kRatios);
-  if (several_) return estimator.Run(problem, seed);
-  Estimate estimate = Search(estimator, problem, seed, threshold_asked);
-  if (!DoubtsScores(problem, estimate)) return estimate;
-  Problem without = problem;
-  without.match_ratio = {};
-  PreferWithoutScores(problem, Search(WithoutScores(problem.scored), without, seed, threshold_asked), &estimate);
-  return estimate;
+  if (several_) return For(problem).Run(problem, seed);
+  return SearchCheckingScores(problem, [&](const Problem& given) { return Search(given, seed, threshold_asked); });
 }
 
 /// Noise that turns out to be far above where a wide range begins is estimated from once more, with scales about it.
-Estimate Estimator::Search(const RobustEstimator& estimator, const Problem& problem, std::uint64_t seed,
-                           bool threshold_asked) const {
+Estimate Estimator::Search(const Problem& problem, std::uint64_t seed, bool threshold_asked) const {
   constexpr double kFar = 2.0, kSuited = 1.5;  // The middle of the presets' ranges is about ε / 1.5.
+  const RobustEstimator& estimator = For(problem);
   Problem scaled = problem;
   const auto run = [&](const ScalesFor& scales) {
     scaled.least_scale_factor = scales.least / UsualThreshold(task_);

@@ -52,10 +52,9 @@ class Estimator {
   enum Known { kNothing, kRatios, kScores };  ///< Of the matches.
   const RobustEstimator& For(Known known) const;
   std::shared_ptr<const RobustEstimator> Make(Known known) const;
-  /// For what knows nothing of the matches.
-  const RobustEstimator& WithoutScores(bool scored) const;
-  Estimate Search(const RobustEstimator& estimator, const Problem& problem, std::uint64_t seed,
-                  bool threshold_asked) const;
+  /// By what is known of its matches.
+  const RobustEstimator& For(const Problem& problem) const;
+  Estimate Search(const Problem& problem, std::uint64_t seed, bool threshold_asked) const;
 
   Task task_;
   EstimateOptions options_;

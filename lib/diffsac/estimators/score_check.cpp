@@ -96,6 +96,15 @@ void PreferWithoutScores(const Problem& problem, Estimate without, Estimate* est
   *estimate = std::move(without);
 }
 
+Estimate SearchCheckingScores(const Problem& problem, const std::function<Estimate(const Problem&)>& search) {
+  Estimate estimate = search(problem);
+  if (!DoubtsScores(problem, estimate)) return estimate;
+  Problem without = problem;
+  without.match_ratio = {};
+  PreferWithoutScores(problem, search(without), &estimate);
+  return estimate;
+}
+
 void AddCost(const EstimateReport& other, EstimateReport* report) {
   report->hypotheses += other.hypotheses;
   report->draws += other.draws;

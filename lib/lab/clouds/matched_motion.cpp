@@ -37,6 +37,8 @@ std::string UnusedText(const Found& found) {
   std::string text;
   if (found.repeated_rows > 0) text += ", " + std::to_string(found.repeated_rows) + " repeated";
   if (found.rows_left_out > 0) text += ", " + std::to_string(found.rows_left_out) + " not finite";
+  if constexpr (requires { found.scores_ignored; })
+    if (found.scores_ignored) text += kScoresIgnored;
   return text;
 }
 
@@ -122,6 +124,7 @@ Json MotionJson(const MatchedMotion& found, const RigidMotion& motion, const Eig
   json["noise_scale"] = estimate.noise_scale;
   json["log_false_alarms"] = estimate.log_false_alarms;
   json["may_be_chance"] = estimate.may_be_chance();
+  json["scores_ignored"] = estimate.scores_ignored;
   json["ambiguous"] = estimate.ambiguous();
   return json;
 }

@@ -7,6 +7,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
+#include "diffsac/estimators/score_check.h"
 #include "lab/config/progress.h"
 #include "lab/images/feature_store.h"
 #include "lab/truth/pair_truth.h"
@@ -47,7 +48,8 @@ void EstimatePair(const SourcePair& images, const PhotographCameras& cameras, co
     problem.hint2 = Held(cameras.hints[of[1]], cameras.from[of[1]]);
   }
   SetTask(estimation.task, estimation.inlier_threshold_px, &pair->example);
-  pair->estimate = estimation.method.Run(problem, estimation.seed);
+  pair->estimate = SearchCheckingScores(
+      problem, [&](const Problem& given) { return estimation.method.Run(given, estimation.seed); });
   std::optional<FocalEstimate>& focal = pair->estimate.focal;
   for (int k = 0; k < 2; ++k) {
     const FocalSource from = cameras.from[of[k]];

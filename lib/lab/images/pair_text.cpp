@@ -146,6 +146,7 @@ std::string UnusedText(const Estimate& estimate) {
   std::string text;
   if (estimate.repeated_rows > 0) text += ", " + std::to_string(estimate.repeated_rows) + " repeated";
   if (estimate.rows_left_out > 0) text += ", " + std::to_string(estimate.rows_left_out) + " not finite";
+  if (estimate.scores_ignored) text += kScoresIgnored;
   return text;
 }
 
@@ -282,6 +283,7 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"inliers", record.inlier_rows},
                      {"rows_left_out", estimate.rows_left_out},
                      {"repeated_rows", estimate.repeated_rows},
+                     {"scores_ignored", estimate.scores_ignored},
                      {"noise_scale_px", FiniteJson(record.noise_scale)},
                      {"ms",
                       {{"keypoints", times.keypoints},

@@ -13,6 +13,9 @@ struct PairTimes {
   double keypoints = 0.0, matching = 0.0;
 };
 
+/// Of matches, for people: Estimate::scores_ignored.
+inline constexpr const char* kScoresIgnored = ", their ratios or scores not used";
+
 /// What an estimate says of two images, for a terminal: matrix, pose where it has one, inliers, noise, milliseconds by
 /// stage. Without an estimate, why.
 std::string PairText(const Example& pair, const Estimate& estimate, const PairTimes& times);

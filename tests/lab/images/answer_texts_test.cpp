@@ -213,6 +213,10 @@ TEST_CASE("the JSON says the same") {
   repeated.rows_left_out = 2;
   CHECK(nlohmann::json::parse(PairJson(answered.pair, repeated, {})).at("rows_left_out") == 2);
   CHECK_THAT(PairText(answered.pair, repeated, {}), Contains(": 60 matches, 3 repeated, 2 not finite\n"));
+  Estimate ignored = answered.estimate;
+  ignored.scores_ignored = true;
+  CHECK(nlohmann::json::parse(PairJson(answered.pair, ignored, {})).at("scores_ignored") == true);
+  CHECK_THAT(PairText(answered.pair, ignored, {}), Contains(": 60 matches, their ratios or scores not used\n"));
   const auto none = nlohmann::json::parse(PairJson(answered.pair, Estimate(), {}));
   CHECK(none.at("pose").is_null());
   CHECK(none.at("status") == "no_model");
