@@ -258,6 +258,7 @@ TEST_CASE("An estimate without scores is taken by its support") {
   problem.match_ratio = 1.0 - reversed.array();
   CHECK_FALSE(taken(-50.0, -50.0));
   CHECK(taken(-50.0, -70.0));
+  CHECK_FALSE(taken(-5.0, -10.0));
   CHECK(taken(3.0, -70.0));
   CHECK_FALSE(taken(3.0, -5.0));
   CHECK_FALSE(taken(3.0, 2.0));

@@ -8,19 +8,19 @@
 namespace diffsac {
 namespace {
 
+constexpr double kLikely = 1.64, kSure = 3.0;  // Of RankTest::z.
+
 /// Whether inliers are better scored than the others, by the rank test of Mann and Whitney.
 struct RankTest {
   double z = 0.0;      ///< By how many standard deviations they are; 0 where the scores are all alike.
   double sigma = 1.0;  ///< Of the share of pairs, one inlier and one other, of which the inlier is the better scored.
   double share = 0.0;  ///< Of inliers.
-  /// Of scores that are worth something chance gives it in one case of twenty where inliers are few.
-  static constexpr double kDoubtful = 1.64;
-  bool IsReversed() const { return z < -3.0; }
+  bool IsReversed() const { return z < -kSure; }
   /// Scores that are worth something would show it: of two matches the right one is the better scored in .65 of cases.
-  bool IsMeaningless() const { return z < kDoubtful && 4.0 * sigma < 0.15; }
+  bool IsMeaningless() const { return z < kLikely && 4.0 * sigma < 0.15; }
   /// Where most matches are inliers, little depends on scores, and few others say little of them.
-  bool IsDoubtful() const { return z < (share < 0.5 ? kDoubtful : -kDoubtful) || IsMeaningless(); }
-  bool AreWorthless() const { return IsReversed() || IsMeaningless(); }
+  bool IsDoubtful() const { return z < (share < 0.5 ? kSure : -kLikely) || IsMeaningless(); }
+  bool IsWorthless() const { return IsReversed() || IsMeaningless(); }
 };
 
 struct Ranked {
@@ -67,6 +67,15 @@ RankTest TestRanks(const Problem& problem, const Estimate& estimate) {
 
 bool IsSure(const Estimate& estimate) { return estimate.status == Status::kOk && !estimate.MayBeChance(); }
 
+/// The greatest log_false_alarms of an estimate without scores that is taken in the place of this one.
+double NeededSupport(const RankTest& test, const Estimate& with) {
+  constexpr double kMuch = 1.2, kAsMuch = 0.75;
+  constexpr double kClear = -20.0;  // Of wrong models of a scene that repeats itself few have more support.
+  if (!IsSure(with)) return test.IsReversed() ? 0.0 : kClear;
+  if (test.IsWorthless()) return kAsMuch * with.log_false_alarms;
+  return std::min(kMuch * with.log_false_alarms, kClear);
+}
+
 bool Says(const Problem& problem) {
   const Eigen::VectorXd& ratios = problem.match_ratio;
   return ratios.size() == problem.points.rows() &&
@@ -83,15 +92,9 @@ bool DoubtsScores(const Problem& problem, const Estimate& estimate) {
 }
 
 void PreferWithoutScores(const Problem& problem, Estimate without, Estimate* estimate) {
-  constexpr double kMuch = 1.2, kAsMuch = 0.75;  // Of log_false_alarms, where less than 0 is more support.
-  constexpr double kClear = -20.0;  // A wrong model of a scene that repeats itself mostly has less support.
   AddCost(estimate->report, &without.report);
   estimate->report = without.report;
-  if (!IsSure(without)) return;
-  const RankTest test = TestRanks(problem, without);
-  const double with = IsSure(*estimate) ? (test.AreWorthless() ? kAsMuch : kMuch) * estimate->log_false_alarms
-                                        : (test.IsReversed() ? 0.0 : kClear);
-  if (without.log_false_alarms > with) return;
+  if (!IsSure(without) || without.log_false_alarms > NeededSupport(TestRanks(problem, without), *estimate)) return;
   without.scores_ignored = true;
   *estimate = std::move(without);
 }

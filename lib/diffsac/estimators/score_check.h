@@ -12,8 +12,8 @@ namespace diffsac {
 // scored.
 
 /// Whether a search without the ratios or scores is worth its time, after one with them gave this estimate: it found
-/// nothing that is more than chance, or its inliers are not the better scored matches. Of ratios or scores that are all
-/// alike never. Takes time linear in N.
+/// nothing that is more than chance, or its inliers are not the better scored matches, clearly where they are few. Of
+/// ratios or scores that are all alike never. Takes time linear in N.
 bool DoubtsScores(const Problem& problem, const Estimate& estimate);
 
 /// Puts the estimate without the ratios or scores in the place of *estimate, that with them, where it is better
