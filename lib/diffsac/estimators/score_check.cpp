@@ -111,6 +111,9 @@ Estimate SearchCheckingScores(const Problem& problem, const std::function<Estima
 void AddCost(const EstimateReport& other, EstimateReport* report) {
   report->hypotheses += other.hypotheses;
   report->draws += other.draws;
+  report->ms_features += other.ms_features;
+  report->ms_network += other.ms_network;
+  report->ms_consensus += other.ms_consensus;
   report->ms_total += other.ms_total;
 }
 
