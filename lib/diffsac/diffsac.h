@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -173,6 +174,11 @@ struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
   /// Whether the inliers determine the translation, or, of F and H, the model: kDetermined, or why not. A camera that
   /// only turned is no failure: R is right, and `model` is one of those that explain the matches.
   Translation translation = Translation::kNotTested;
+  /// E and F: how likely R or t is off by more than 10°, as learned on photographs (estimators/error_probability.h);
+  /// NaN for others.
+  double error_probability = std::numeric_limits<double>::quiet_NaN();
+  /// Whether results like this are wrong too often to rely on.
+  bool may_be_wrong() const { return may_be_chance() || error_probability > kLikelyWrong; }
   /// E: of the matches that fit, the share that lies behind a camera. They are no inliers. Where it is beyond
   /// kMostBehind (an image is mirrored, say) the result may be chance.
   double share_behind = 0.0;

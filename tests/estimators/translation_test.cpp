@@ -124,6 +124,63 @@ TEST_CASE("a camera that moved has a translation, at a hundredth of the scene's 
 }
 
 // Of little parallax the noise along epipolar lines was taken for it, and σ of t came out a third of what it is.
+// The right matches are the same with 1 wrong one for each as with 20, and so is what they show.
+TEST_CASE("wrong matches never make a turn of parallax") {
+  const auto moved = [](const auto& estimate_views, double noise, int wrong_for_each, int seed) {
+    const int right = 60, count = right * (1 + wrong_for_each);
+    Views views = Make({count, noise, 1.0 - 1.0 / (1 + wrong_for_each), 5.0, 0.3}, seed);
+    Rng rng(seed);
+    views.matches.match_ratios.resize(count);
+    for (int i = 0; i < count; ++i)
+      views.matches.match_ratios[i] = i < count - right ? rng.Uniform(0.6, 1.0) : rng.Uniform(0.3, 0.9);
+    const auto estimate = estimate_views(views);
+    return !estimate.ok() || estimate.may_be_chance() || estimate.translation == Translation::kDetermined;
+  };
+  for (const double noise : {0.1, 0.5, 1.0})
+    for (const int wrong_for_each : {1, 3, 8, 20}) {
+      int right[3] = {0, 0, 0};
+      for (int seed = 0; seed < 5; ++seed) {
+        right[0] += moved(Essentials, noise, wrong_for_each, seed);
+        right[1] += moved(Fundamentals, noise, wrong_for_each, seed);
+        right[2] += moved(SharedFocals, noise, wrong_for_each, seed);
+      }
+      CAPTURE(noise, wrong_for_each);
+      CHECK(right[0] == 5);
+      CHECK(right[1] == 5);
+      CHECK(right[2] == 5);
+    }
+}
+
+TEST_CASE("turns and still cameras are told among wrong matches") {
+  int all = 0, turns = 0, still = 0, planes = 0;
+  for (const double wrong : {0.0, 0.5, 0.8})
+    for (const double noise : {0.1, 0.5, 1.0})
+      for (int seed = 0; seed < 5; ++seed) {
+        const int count = static_cast<int>(100 / (1.0 - wrong));
+        const auto told = [](const auto& estimate, Translation translation) {
+          return estimate.may_be_chance() || estimate.translation == translation;
+        };
+        ++all;
+        turns += told(Essentials(Make({count, noise, wrong, 8.0}, seed)), Translation::kTurn);
+        still += told(Essentials(Make({count, noise, wrong, 0.0}, seed)), Translation::kStatic);
+        planes += told(Fundamentals(Make({count, noise, wrong, 5.0, 0.3, true}, seed)), Translation::kPlane);
+      }
+  CAPTURE(all, turns, still, planes);
+  CHECK(turns >= 0.95 * all);
+  CHECK(still >= 0.95 * all);
+  CHECK(planes >= 0.95 * all);
+}
+
+TEST_CASE("what may be chance has no verdict") {
+  for (int seed = 0; seed < 10; ++seed) {
+    const TwoViewEstimate estimate = Essentials(Make({200, 0.5, 1.0, 5.0, 0.3}, seed));
+    if (!estimate.ok() || !estimate.may_be_chance()) continue;
+    CHECK(estimate.translation == Translation::kNotTested);
+    CHECK_FALSE(estimate.pose_covariance);
+    CHECK(estimate.may_be_wrong());
+  }
+}
+
 TEST_CASE("where the parallax is hardly more than the noise, the covariance says so") {
   int within = 0, all = 0;
   for (int seed = 0; seed < 60; ++seed) {

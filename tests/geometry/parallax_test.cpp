@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "diffsac/geometry/epipolar.h"
 #include "diffsac/geometry/essential.h"
 #include "geometry/planar_scene.h"
 #include "geometry/two_view_problems.h"
@@ -137,6 +138,67 @@ TEST_CASE("points beside a line, in any direction and with wrong ones among them
     }
     const std::vector<std::uint8_t> beside = BesideLine(points, 0, std::vector<std::uint8_t>(50, 1), 2.0);
     for (int i = 0; i < 50; ++i) CHECK((beside[i] != 0) == (i < 3));
+  }
+}
+
+// 340 wrong matches of 400 made a turn of a moving camera, with R off by 7 degrees.
+TEST_CASE("wrong matches say nothing of parallax") {
+  Rng rng(6);
+  for (const double noise : {0.1, 0.8, 2.0})
+    for (const int wrong : {0, 60, 240, 1200})
+      for (int trial = 0; trial < 5; ++trial) {
+        TwoViewProblem problem = RandomProblem(60, rng, noise);
+        Matrix3Parameters e = problem.essential;
+        Essential::FitFrom(problem.normalized, Eigen::VectorXd::Ones(60), &e);
+        const Eigen::RowVectorXd least = problem.normalized.colwise().minCoeff(),
+                                 most = problem.normalized.colwise().maxCoeff();
+        std::vector<std::uint8_t> inliers(60, 1);
+        problem.normalized.conservativeResize(60 + wrong, 4);
+        for (int i = 60; i < 60 + wrong; ++i) {
+          for (int k = 0; k < 4; ++k) problem.normalized(i, k) = rng.Uniform(least[k], most[k]);
+          inliers.push_back(SampsonError(e, problem.normalized.row(i).data()) <= 2.5 * noise / kFocal);
+        }
+        CAPTURE(noise, wrong, trial);
+        CHECK(TestTurn(problem.normalized, e, inliers).translation == Translation::kDetermined);
+      }
+}
+
+// A photograph that was compressed again had a translation of .08 degrees.
+TEST_CASE("errors along rows of pixels are no parallax") {
+  Rng rng(7);
+  for (int trial = 0; trial < 10; ++trial) {
+    const int count = 1000;
+    PointMatrix points(count, 4);
+    for (int i = 0; i < count; ++i) {
+      points.row(i) << rng.Uniform(-0.7, 0.7), rng.Uniform(-0.5, 0.5), 0.0, 0.0;
+      points.row(i).tail<2>() = points.row(i).head<2>();
+      points(i, 2) += 0.4 / kFocal * rng.Normal();
+      points(i, 3) += 0.1 / kFocal * rng.Normal();
+      if (i % 50 == 0) points(i, 2) += rng.Uniform(-0.2, 0.2);  // Another window of a row of them.
+    }
+    const Matrix3Parameters e =
+        AsParameters(EssentialFromPose({Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitX()}));
+    const std::vector<std::uint8_t> all(count, 1);
+    CHECK(TestTurn(points, e, all).translation == Translation::kStatic);
+    for (int i = 0; i < count; i += 10) points(i, 2) += rng.Uniform(0.01, 0.05);  // Near things, all to one side.
+    CHECK(TestTurn(points, e, all).translation == Translation::kDetermined);
+  }
+}
+
+TEST_CASE("a turn is found with two unknown focal lengths") {
+  Rng rng(8);
+  for (int trial = 0; trial < 10; ++trial) {
+    TwoViewProblem problem = Turned(200, 0.3, 0.0, rng);
+    problem.normalized.leftCols(2) *= 1.5;
+    problem.normalized.rightCols(2) *= 0.8;
+    Eigen::Vector2d factors;
+    const std::vector<std::uint8_t> all(200, 1);
+    REQUIRE(FindFocalsOfTurn(problem.normalized, all, TurnFocals::kEach, &factors));
+    PointMatrix points = problem.normalized;
+    points.leftCols(2) /= factors[0];
+    points.rightCols(2) /= factors[1];
+    const Matrix3Parameters e = AsParameters(EssentialFromPose({problem.pose.rotation, RandomDirection(rng)}));
+    CHECK(TestTurn(points, e, all).translation == Translation::kTurn);
   }
 }
 

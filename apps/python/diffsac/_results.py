@@ -100,8 +100,14 @@ class TwoViewEstimate(Estimate):
     pose: Optional[Pose]  # E: the second camera seen from the first; t = 0 where it only turned or stood still.
     pose_covariance: Optional[Floats]  # 6 × 6 in the order (ω, t): R = exp([ω]×) R̂, of rank 5; or None.
     translation: Translation
+    error_probability: float  # E and F: how likely R or t is off by more than 10°, learned on photographs; else NaN.
     share_behind: float  # E: of the matches that fit, the share behind a camera, which are no inliers.
     other_pose: Optional[Pose]  # Of matches on one plane: another motion that explains them as well; else None.
+
+    @property
+    def may_be_wrong(self) -> bool:
+        """Whether results like this are wrong too often to rely on."""
+        return self.may_be_chance or self.error_probability > 0.5
 
 
 @dataclass(frozen=True, eq=False)

@@ -189,6 +189,7 @@ TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
   if (result.pose) result.pose_covariance = estimate.pose_covariance;
   result.other_pose = estimate.other_pose;
   result.translation = estimate.translation;
+  result.error_probability = estimate.error_probability;
   result.share_behind = estimate.share_behind;
   Take(std::move(estimate), &result);
   return result;
@@ -201,6 +202,7 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions
   SharedFocalEstimate result;
   result.focal = estimate.focal;
   result.translation = estimate.translation;
+  result.error_probability = estimate.error_probability;
   result.share_behind = estimate.share_behind;
   if (estimate.status == Status::kOk) {
     result.pose = PoseOfEstimate(estimate, problem);

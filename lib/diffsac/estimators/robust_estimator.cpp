@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "diffsac/consensus/scores/false_alarms.h"
+#include "diffsac/estimators/error_probability.h"
 #include "diffsac/estimators/point_rows.h"
 #include "diffsac/estimators/posteriors.h"
 #include "diffsac/estimators/static_overlay.h"
@@ -178,6 +179,7 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
   }
   // Noise does not bound the error of a model that may be of nothing.
   if (estimate->MayBeChance()) estimate->pose_covariance.reset();
+  estimate->error_probability = ErrorProbability(problem, *estimate);
   estimate->posteriors = PosteriorsOf(problem, *estimate);
 }
 

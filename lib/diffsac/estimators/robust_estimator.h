@@ -27,6 +27,9 @@ struct EstimateReport {
 /// Of points that fit a motion, no larger share is behind its cameras than this if it is one.
 inline constexpr double kMostBehind = 0.2;
 
+/// Of models with a greater error_probability most are wrong; of right ones 5 % have one (docs/results/verdicts.md).
+inline constexpr double kLikelyWrong = 0.5;
+
 /// The result of one robust estimator on one problem.
 struct Estimate {
   Status status = Status::kNoModel;   ///< Whether there is a model, or why not.
@@ -37,6 +40,8 @@ struct Estimate {
   /// log10 of the number of models that chance would give with as many inliers (LogFalseAlarmsOf; of several
   /// structures: as those of the first); NaN without a model.
   double log_false_alarms = std::numeric_limits<double>::quiet_NaN();
+  /// E and F: how likely the motion is off by more than 10° (ErrorProbability); NaN for others.
+  double error_probability = std::numeric_limits<double>::quiet_NaN();
   double score = 0.0;  ///< Of the score that chose the model.
   /// σ of one coordinate of the inliers' residuals, in the data's unit; NaN for methods that do not estimate it.
   double noise_scale = std::numeric_limits<double>::quiet_NaN();
@@ -84,6 +89,8 @@ struct Estimate {
   bool scores_ignored = false;
   /// Whether points without any structure would give a model like this: it is better not relied upon.
   bool MayBeChance() const { return log_false_alarms > 0.0; }
+  /// Whether models like this are wrong too often to rely on.
+  bool MayBeWrong() const { return MayBeChance() || error_probability > kLikelyWrong; }
 };
 
 /// PoseOfEstimate of its model; the turn, with t = 0, of a camera that only turned or stood still; of a homography or a

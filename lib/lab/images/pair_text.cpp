@@ -61,7 +61,7 @@ std::string PoseText(const RigidMotion& pose) {
 }
 
 std::string SpreadText(const Eigen::MatrixXd& covariance, const std::string& of_translation) {
-  return Format("  standard deviations by noise, at most: R %.2g degrees, t ", SpreadDegrees(covariance, 0)) +
+  return Format("  standard deviations by noise alone: R %.2g degrees, t ", SpreadDegrees(covariance, 0)) +
          of_translation + "\n";
 }
 
@@ -210,6 +210,9 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   if (matches > 0) text += Format(" (%.0f %%)", 100.0 * static_cast<double>(inliers) / static_cast<double>(matches));
   if (std::isfinite(estimate.noise_scale)) text += Format(", noise %.2g px", estimate.noise_scale);
   text += "\n";
+  if (!estimate.MayBeChance() && estimate.MayBeWrong())
+    text += Format("  may be wrong: of results like this %.0f %% are off by more than 10 degrees\n",
+                   100.0 * estimate.error_probability);
   const bool determined = !IsUndetermined(estimate.translation);
   // Digits of what is anything would be taken for what they are not. A turn's homography is determined.
   const bool of_turn = pair.problem.task == Task::kHomography && estimate.turn;
@@ -272,6 +275,7 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"status", std::string(ToString(record.status))},
                      {"may_be_chance", estimate.MayBeChance()},
                      {"log_false_alarms", FiniteJson(record.log_false_alarms)},
+                     {"error_probability", FiniteJson(estimate.error_probability)},
                      {"model", model},
                      {"pose", PoseJson(record.pose)},
                      {"other_pose", PoseJson(record.other_pose)},

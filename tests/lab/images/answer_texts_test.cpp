@@ -69,7 +69,7 @@ TEST_CASE("the text and the JSON have the pose's standard deviations and the foc
   estimate.pose_covariance = Eigen::MatrixXd((radian * deviations).cwiseAbs2().asDiagonal());
   estimate.focal = FocalEstimate{{700, 700}, {650, 650}, {760, 760}, {true, true}, {800, 800}, {0.1, 0.1}};
   CHECK_THAT(PairText(answered.pair, estimate, {}),
-             Contains("standard deviations by noise, at most: R 0.3 degrees, t 0.5 degrees") &&
+             Contains("standard deviations by noise alone: R 0.3 degrees, t 0.5 degrees") &&
                  Contains("  f = 700.0 px, 68 % within 650.0 and 760.0\n"));
   auto json = nlohmann::json::parse(PairJson(answered.pair, estimate, {}));
   CHECK(json.at("pose_covariance").size() == 6);
