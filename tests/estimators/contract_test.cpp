@@ -117,7 +117,7 @@ TEST_CASE("a calibration of other points, or an inverse, is an error that names 
 TEST_CASE("K1 says all of the first image of one unknown focal length") {
   Matches matches;
   matches.points1 = matches.points2 = Eigen::MatrixXd::Random(50, 2).array() * 300.0 + 320.0;
-  matches.size2 = {640, 480};
+  matches.size2 = {640, 640};
   CHECK_NOTHROW(EstimateOneFocal(matches, kCamera));
   CHECK(ErrorOf([&] { EstimateSharedFocal(matches); }).starts_with("size1: expected"));
 }
@@ -278,6 +278,32 @@ TEST_CASE("trouble: scores and ratios that are none were taken for ratios") {
     single[17] = 1.0 + 1e-7;  // Of single precision.
     CHECK(ErrorOf([&] { function(function.points, single); }).empty());
   }
+}
+
+TEST_CASE("points outside the given size are an error") {
+  const Eigen::Matrix<double, 50, 2> tall =
+      (Eigen::MatrixXd::Random(50, 2).array() * 0.5 + 0.5).rowwise() * Eigen::Array2d(480.0, 640.0).transpose();
+  Matches matches{tall, tall};
+  matches.size1 = {480, 640};
+  for (const ImageSize& good : {ImageSize{480, 640}, ImageSize{640, 640}, ImageSize{}}) {
+    matches.size2 = good;
+    CHECK(ErrorOf([&] { EstimateFundamental(matches); }).empty());
+  }
+  // Of another image, (height, width), and points whose origin is the middle.
+  matches.size2 = {240, 320};
+  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "size2: expected (width, height)"));
+  matches.size2 = {640, 480};
+  CHECK(Has(ErrorOf([&] { EstimateSharedFocal(matches); }), "(480, 640) holds them"));
+  matches.size2 = {480, 640};
+  matches.points1.array() -= 240.0;
+  CHECK(Has(ErrorOf([&] { EstimateHomography(matches); }), "size1: expected (width, height)"));
+  // A few stray ones are none.
+  matches.points1 = tall;
+  matches.points1.topRows(5).array() = 5000.0;
+  matches.points1.row(5).setConstant(kNan);
+  CHECK(ErrorOf([&] { EstimateFundamental(matches); }).empty());
+  matches.points1.row(6).setConstant(5000.0);
+  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "6 of 49 points are outside, first row 0 at (5000, 5000)"));
 }
 
 TEST_CASE("sizes, principal points and similarities that make no sense are an error") {

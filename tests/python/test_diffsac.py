@@ -304,6 +304,7 @@ class TestMistakes(unittest.TestCase):
         self.refused("segments: expected shape (N, 4), got (200, 2)", diffsac.estimate_vanishing_points, s.x1, K)
         self.refused("least_value: expected", diffsac.estimate_vanishing_points, room_segments(), K, least_value=2)
         self.refused("size1: expected", diffsac.estimate_shared_focal, s.x1, s.x2)
+        self.refused("size2: expected (width, height) of the image", diffsac.estimate_fundamental, s.x1, s.x2, size2=(320, 240))
 
     def test_bad_data_is_a_status(self):
         s = self.scene

@@ -14,6 +14,7 @@
 #include "diffsac/geometry/calibration.h"
 #include "diffsac/problem/keypoint_similarity.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/problem/within_size.h"
 
 namespace diffsac {
 namespace {
@@ -61,8 +62,9 @@ void SetSimilarities(const PointMatrix& similarities, Problem* problem) {
   }
 }
 
-ImageSize CheckedSize(const ImageSize& size, const char* name) {
+ImageSize CheckedSize(const ImageSize& size, const ImagePointsOf& points, const char* name) {
   Require(size.known() || size == ImageSize{}, name, "width and height in pixels, above 0, or neither");
+  RequireWithin(size, points, name);
   return size;
 }
 
@@ -87,8 +89,8 @@ Problem ProblemOf(Task task, const Matches& matches, double max_residual_px) {
   problem.points << matches.points1, matches.points2;
   SetRatiosOrScores(matches, &problem);
   SetSimilarities(matches.similarities, &problem);
-  problem.size1 = CheckedSize(matches.size1, "size1");
-  problem.size2 = CheckedSize(matches.size2, "size2");
+  problem.size1 = CheckedSize(matches.size1, matches.points1, "size1");
+  problem.size2 = CheckedSize(matches.size2, matches.points2, "size2");
   return problem;
 }
 

@@ -13,6 +13,7 @@
 #include "diffsac/geometry/calibration.h"
 #include "diffsac/problem/coordinates.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/problem/within_size.h"
 
 namespace diffsac {
 namespace {
@@ -89,6 +90,8 @@ VanishingPointsEstimate EstimateVanishingPoints(const Eigen::Matrix<double, Eige
   given.Check();
   VanishingPointOptions options = given;
   if (options.K) options.K = CheckedCalibration(*options.K, "K");
+  RequireWithin(options.size, segments.leftCols(2), "size");
+  RequireWithin(options.size, segments.rightCols(2), "size");
   const Problem problem = ProblemOf(segments, options);
   Estimate found = SearchOf(options)->Run(problem, options.seed);
   VanishingPointsEstimate estimate;
