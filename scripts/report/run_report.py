@@ -7,6 +7,7 @@ import examples
 import files
 import html_page
 import match_pictures
+import photographs
 import pictures
 import problem_list
 import runs
@@ -99,6 +100,7 @@ def write_page(run, fits, shown):
         page.warning("Partial results: the run was interrupted.")
     for row in run.results["left_out"]:
         page.text(f"Left out: {row}.")
+    photographs.add_photographs(page, run)
     add_tables(page, run)
     if shown:
         page.section("Curves and bars")

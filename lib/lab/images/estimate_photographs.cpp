@@ -52,6 +52,7 @@ void EstimatePair(const SourcePair& images, const PhotographCameras& cameras, co
       problem, [&](const Problem& given) { return estimation.method.Run(given, estimation.seed); });
   std::optional<FocalEstimate>& focal = pair->estimate.focal;
   for (int k = 0; k < 2; ++k) {
+    if (!problem.cameras) pair->camera[k] = cameras.camera[of[k]];
     const FocalSource from = cameras.from[of[k]];
     pair->focal_from[k] = from == FocalSource::kPairs ? from : SourceOfFocal(problem, focal, k, from);
     if (from == FocalSource::kPairs && focal) TellPooled(*cameras.hints[of[k]].focal, k, &*focal);

@@ -23,6 +23,7 @@ struct EstimatedPair {
   Estimate estimate;
   double ms_matching = 0.0;
   std::array<FocalSource, 2> focal_from = {};  ///< Of either image.
+  std::array<int, 2> camera = {-1, -1};        ///< Of either image, from 0; -1: its calibration is given.
 };
 
 /// What is done with each pair of photographs.

@@ -1,6 +1,7 @@
 #include "lab/images/photograph_results.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -8,6 +9,7 @@
 #include <ostream>
 #include <set>
 #include <sstream>
+#include <string_view>
 #include <tuple>
 
 #include "diffsac/problem/tasks.h"
@@ -45,6 +47,21 @@ std::string FocalColumns(const EstimateRecord& record, const Problem& problem) {
   if (record.focal) return "," + NumberText(record.focal->focal_px[0]) + "," + NumberText(record.focal->focal_px[1]);
   if (!problem.cameras) return ",,";
   return "," + NumberText(problem.cameras->K1(0, 0)) + "," + NumberText(problem.cameras->K2(0, 0));
+}
+
+/// Numbers from 1, as people count.
+std::string CameraColumns(const EstimatedPair& pair) {
+  std::string text;
+  for (const int camera : pair.camera) text += "," + (camera < 0 ? "" : std::to_string(camera + 1));
+  return text;
+}
+
+/// 68 % of what the focal lengths may be.
+std::string IntervalColumns(const std::optional<FocalEstimate>& focal) {
+  std::string text;
+  for (int k = 0; k < 2; ++k)
+    text += "," + (focal ? NumberText(focal->low_px[k]) : "") + "," + (focal ? NumberText(focal->high_px[k]) : "");
+  return text;
 }
 
 std::string Milliseconds(double value) { return Format("%.3g", value); }
@@ -258,6 +275,17 @@ void SayResults(const std::vector<EstimatedPair>& pairs, const std::map<std::str
       << "  " << folder << "matches: for diffsac_eval" << std::endl;
 }
 
+/// As a shell takes it for one word.
+std::string ShellWord(const std::string& text) {
+  const bool plain = !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || std::string_view("/._-+=:@%,").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (plain) return text;
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
 /// All but the thumbnails and what `also` writes once there are results.
 void WriteRun(std::vector<EstimatedPair>* pairs, std::size_t asked, const std::map<std::string, std::string>& files,
               const std::string& scene, ExperimentOptions experiment, double inlier_threshold_px,
@@ -276,8 +304,8 @@ void WriteRun(std::vector<EstimatedPair>* pairs, std::size_t asked, const std::m
   WriteConfiguration(results.experiment, scene, output);
   WriteFileAtomically((fs::path(output) / "problems.csv").string(), ProblemsCsv(results));
   EndResults(MakeReport(results), output);
-  TellRun(output);
   WriteFileAtomically((fs::path(output) / kPosesFile).string(), PosesCsv(*pairs, files, method, seed));
+  TellRun(output);  // It reads all of these.
 }
 
 }  // namespace
@@ -293,7 +321,8 @@ std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const std::map<std
       "px,"
       "ms_matching,ms_estimate,m11,m12,m13,m21,m22,m23,m31,m32,m33,translation,focal1_source,focal2_source,other_qw,"
       "other_qx,"
-      "other_qy,other_qz,other_tx,other_ty,other_tz\n";
+      "other_qy,other_qz,other_tx,other_ty,other_tz,camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,"
+      "focal2_high_px\n";
   for (const EstimatedPair& pair : pairs) {
     const EstimateRecord record = RecordOf(pair.example, pair.estimate);
     const Example& example = pair.example;
@@ -305,7 +334,8 @@ std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const std::map<std
             Milliseconds(pair.estimate.report.ms_total);
     const bool has_matrix = record.model.size() > 0 && IsTwoView(example.problem.task);
     for (Eigen::Index i = 0; i < 9; ++i) text += "," + (has_matrix ? NumberText(record.model[i]) : "");
-    text += "," + ToString(record.translation) + SourceColumns(pair) + PoseColumns(record.other_pose) + "\n";
+    text += "," + ToString(record.translation) + SourceColumns(pair) + PoseColumns(record.other_pose) +
+            CameraColumns(pair) + IntervalColumns(record.focal) + "\n";
   }
   return text;
 }
@@ -339,8 +369,9 @@ void WritePhotographResults(const Photographs& given, const FeatureStore& store,
   WriteRun(&pairs, asked, files, scene, std::move(experiment), inlier_threshold_px, output, write_database);
   SayResults(pairs, files, output, scene, out);
   const std::string folder = (fs::path(output) / "").string();
-  out << "  " << folder << kDatabaseFile << ": mkdir model && colmap mapper --database_path " << folder << kDatabaseFile
-      << " --image_path " << photographs.folder << " --output_path model" << std::endl;
+  out << "  " << folder << kDatabaseFile << ": mkdir model && colmap mapper --database_path "
+      << ShellWord(folder + kDatabaseFile) << " --image_path " << ShellWord(photographs.folder)
+      << " --output_path model" << std::endl;
 }
 
 void WriteGivenResults(std::vector<EstimatedPair> pairs, const std::map<std::string, std::string>& files,

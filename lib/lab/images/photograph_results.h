@@ -19,8 +19,9 @@ inline constexpr const char* kPairProgram = "diffsac_pair";
 /// image1,image2,status,may_be_chance,method,seed,qw,qx,qy,qz,tx,ty,tz,focal1_px,focal2_px,matches,inliers,noise_px,
 /// ms_matching,ms_estimate,m11,...,m33,translation,focal1_source,focal2_source,other_qw,...,other_tz: x2 = R x1 + t
 /// with R as a unit quaternion, qw >= 0, and |t| = 1; the focal lengths that were given or found, and where they come
-/// from (FocalSource); the model row by row (docs/estimates.md); the other motion of a plane that has two. Unknown
-/// values are empty.
+/// from (FocalSource); the model row by row (docs/estimates.md); the other motion of a plane that has two; then
+/// camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,focal2_high_px: which camera took each image where no
+/// calibration is given, and 68 % of what the focal lengths may be. Unknown values are empty.
 /// files: of the images' names; a pair without them has its own name in the first column.
 std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const std::map<std::string, std::string>& files,
                      const std::string& method, std::uint64_t seed);
