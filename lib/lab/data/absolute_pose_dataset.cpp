@@ -73,8 +73,7 @@ class AbsolutePoses : public Dataset {
  public:
   explicit AbsolutePoses(const AbsolutePosesOptions& options) {
     const std::lock_guard lock(Hdf5Mutex());
-    for (const std::string& folder : options.paths)
-      for (const SceneFolder& scene : FindScenes(folder, kFile)) AddScene(scene, options);
+    for (const SceneFolder& scene : FindScenes(options.paths, kFile)) AddScene(scene, options);
     if (examples_.empty()) throw Error(options.paths.front() + ": there is no image");
   }
   Task task() const override { return Task::kAbsolutePose; }

@@ -77,8 +77,7 @@ class CloudPairs : public Dataset {
  public:
   explicit CloudPairs(const CloudMatchesOptions& options) : task_(options.task) {
     const std::lock_guard lock(Hdf5Mutex());
-    for (const std::string& folder : options.paths)
-      for (const SceneFolder& scene : FindScenes(folder, kFile)) AddScene(scene, options);
+    for (const SceneFolder& scene : FindScenes(options.paths, kFile)) AddScene(scene, options);
     if (examples_.empty()) throw Error(options.paths.front() + ": there is no pair");
   }
   Task task() const override { return task_; }

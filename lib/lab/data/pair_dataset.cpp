@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_registry.h"
 #include "lab/data/fitted_truth.h"
+#include "lab/data/pair_check.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_reading.h"
 #include "lab/truth/pair_truth.h"
@@ -70,6 +72,7 @@ class PairDataset : public Dataset {
     if (places_.empty())
       throw Error((folders.empty() ? std::string("correspondences") : folders.front().folder) +
                   ": no pairs with at least " + std::to_string(options.min_points) + " matches in the given scenes");
+    CheckSome();
     if (!options.shuffle) return;
     const std::vector<int> order = Rng(seed).Fork("shuffled_pairs").Permutation(static_cast<int>(places_.size()));
     std::vector<Place> shuffled;
@@ -114,6 +117,24 @@ class PairDataset : public Dataset {
       places_.push_back(place);
     }
     if (in_memory) scenes_.back()->CloseFiles();
+  }
+
+  /// In the first seconds: some pairs, evenly spread.
+  void CheckSome() const {
+    constexpr int kLookedAt = 64;
+    std::map<std::uint32_t, PairCheck> checks;
+    for (const std::int64_t i : EvenlySpread(size(), kLookedAt)) {
+      const Place& place = places_[static_cast<std::size_t>(i)];
+      try {
+        checks.try_emplace(place.scene, options_).first->second.Add(scenes_[place.scene]->Raw(place.position));
+      } catch (const Error&) {
+        continue;  // Said when the pair is asked for.
+      }
+    }
+    for (const auto& [scene, check] : checks) {
+      check.Tell(scenes_[scene]->folder());
+      scenes_[scene]->CloseFiles();
+    }
   }
 
   std::shared_ptr<const Example> Pair(const Place& place) const {
@@ -200,10 +221,7 @@ void CorrespondencesOptions::Bind(OptionsBinder& b) {
 
 std::unique_ptr<Dataset> MakeCorrespondences(const CorrespondencesOptions& options, std::uint64_t seed) {
   CheckOptions(options);
-  std::vector<SceneFolder> scenes;
-  for (const std::string& path : options.paths)
-    for (SceneFolder& scene : FindScenes(path)) scenes.push_back(std::move(scene));
-  return MakePairDataset(scenes, options.pairs, PairMemory::kAll, seed);
+  return MakePairDataset(FindScenes(options.paths), options.pairs, PairMemory::kAll, seed);
 }
 
 namespace {

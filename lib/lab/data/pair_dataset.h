@@ -72,7 +72,8 @@ enum class PairMemory {
 
 /// The pairs of these scenes. Throws Error naming the file: a listing that fails, no pairs that have enough matches. A
 /// pair that cannot be read, has no matches (empty_pairs), or no calibration where essential matrices are asked for, is
-/// an Error naming file and key when it is read.
+/// an Error naming file and key when it is read. Some pairs of each scene are looked at here, and what cannot teach or
+/// measure is told of (PairCheck).
 std::unique_ptr<Dataset> MakePairDataset(const std::vector<SceneFolder>& scenes, const PairsOptions& options,
                                          PairMemory memory, std::uint64_t seed);
 

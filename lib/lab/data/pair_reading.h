@@ -44,6 +44,9 @@ class PairReading {
   std::string Where(std::int64_t position) const;
   /// A pair: its id is "<scene>/<pair>", its problem of no task yet (SetTask). Throws Error naming file and key.
   std::shared_ptr<const Example> Pair(std::int64_t position) const;
+  /// The same as its file has it, not kept: no truth is refined and no match left out.
+  Example Raw(std::int64_t position) const { return files_.Read(position); }
+  const std::string& folder() const { return files_.folder(); }
   /// Closes the files until the next pair is read, so that many scenes can be held.
   void CloseFiles() const { files_.CloseFiles(); }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <numeric>
+#include <set>
+#include <utility>
 
 #include "diffsac/core/status.h"
 
@@ -44,6 +46,19 @@ std::vector<SceneFolder> FindScenes(const std::string& root, const std::string& 
   if (Holds(root, file)) return {NamedFolder(root)};
   std::erase_if(scenes, [&](const SceneFolder& scene) { return !Holds(scene.folder, file); });
   if (scenes.empty()) throw Error(root + ": no " + file + " in it or in a folder directly below");
+  return scenes;
+}
+
+std::vector<SceneFolder> FindScenes(const std::vector<std::string>& roots, const std::string& file) {
+  std::vector<SceneFolder> scenes;
+  std::set<fs::path> seen;
+  for (const std::string& root : roots)
+    for (SceneFolder& scene : FindScenes(root, file)) {
+      std::error_code code;
+      if (!seen.insert(fs::weakly_canonical(scene.folder, code)).second && !code)
+        throw Error("paths: '" + scene.folder + "' is there twice");
+      scenes.push_back(std::move(scene));
+    }
   return scenes;
 }
 

@@ -25,6 +25,9 @@ std::vector<SceneFolder> FoldersIn(const std::string& root);
 /// none.
 std::vector<SceneFolder> FindScenes(const std::string& root, const std::string& file = "matches.h5");
 
+/// Those of several roots. Throws Error for a folder that is there twice.
+std::vector<SceneFolder> FindScenes(const std::vector<std::string>& roots, const std::string& file = "matches.h5");
+
 /// `count` of `size` positions, evenly spread; all of them for count 0.
 std::vector<std::int64_t> EvenlySpread(std::int64_t size, int count);
 

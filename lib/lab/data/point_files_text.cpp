@@ -2,6 +2,7 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -191,7 +192,10 @@ class TextReader {
       if (!IsWidth(chosen_.size())) chosen_.clear();
     }
     if (!chosen_.empty()) columns_ = names_.size() + shift;
-    if (by_name_) return;
+    if (by_name_) {
+      SayUnread();
+      return;
+    }
     Cells taken;
     for (const std::size_t column : chosen_) taken.push_back(names_[column - shift]);
     std::string expected;
@@ -199,6 +203,18 @@ class TextReader {
       expected += (expected.empty() ? "" : name == asked_.needed.back() ? " and " : ", ") + name;
     WarnOnce(path_ + ": its header names no columns " + expected + ": " +
              (taken.empty() ? "all are" : Listed(taken) + " are") + " taken in their order");
+  }
+
+  /// Columns under other names than those that are read, where one of these is missing and may be meant.
+  void SayUnread() const {
+    const Cells all = All();
+    Cells unread, missing;
+    std::copy_if(all.begin(), all.end(), std::back_inserter(missing), [&](const auto& name) { return Find(name) < 0; });
+    std::copy_if(names_.begin(), names_.end(), std::back_inserter(unread), [&](const std::string& name) {
+      return !IsIndexName(NameOf(name)) && std::find(all.begin(), all.end(), NameOf(name)) == all.end();
+    });
+    if (!unread.empty() && !missing.empty())
+      WarnOnce(path_ + ": columns that are not read: " + Listed(unread) + "; names that would be: " + Listed(missing));
   }
 
   /// A row's values: by the header's separator, or another one where that gives as many as the header has names.

@@ -73,8 +73,7 @@ void AddTruth(const ImageSegments& image, double threshold_deg, Example* example
 class VanishingPoints : public Dataset {
  public:
   explicit VanishingPoints(const VanishingPointsOptions& options) {
-    for (const std::string& folder : options.paths)
-      for (const SceneFolder& scene : FindScenes(folder, kSegmentsFile)) AddScene(scene, options);
+    for (const SceneFolder& scene : FindScenes(options.paths, kSegmentsFile)) AddScene(scene, options);
     if (examples_.empty()) throw Error(options.paths.front() + ": there is no image");
   }
   Task task() const override { return Task::kVanishingPoint; }

@@ -9,7 +9,7 @@
 namespace diffsac {
 namespace {
 
-// Examples that are passed over for having too few points before the data is called useless.
+// Examples that are passed over for having too few points, or no truth, before the data is called useless.
 constexpr int kAttempts = 64;
 // A pair whose plane was not found, say, would teach that all of its matches are wrong.
 bool KnowsTruth(const Example& example) {
@@ -74,16 +74,25 @@ LabelledExample TrainingSource::Draw(std::uint64_t index) const {
   const std::uint64_t size = dataset.size() > 0 ? static_cast<std::uint64_t>(dataset.size()) : 0;
   std::uint64_t position = index;
   if (size > 0) position = parts_.size() > 1 ? rng.Below(size) : index % size;
+  int without_truth = 0;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     Example example = dataset.Get(position);
-    if (example.problem.points.rows() > MinimalSetSize(example.problem.task) && KnowsTruth(example)) {
+    const bool known = KnowsTruth(example);
+    without_truth += !known;
+    if (example.problem.points.rows() > MinimalSetSize(example.problem.task) && known) {
       auto sets = SetsOf(part, position, example);
       return {std::move(example), std::move(sets)};
     }
     position = size > 0 ? (position + 1) % size : position + 1;
   }
+  const Example last = dataset.Get(position);
+  const std::string folder = dataset.FolderOf(last.scene);
+  if (without_truth == kAttempts)
+    throw Error((folder.empty() ? "the training data" : folder) +
+                ": no truth to learn from: R.h5 and T.h5, Egt.h5, Fgt.h5, Hgt.h5 or labels.h5 would tell task " +
+                ToString(last.problem.task) + " the true model");
   throw Error("the training data has " + std::to_string(kAttempts) + " examples in a row with too few points, up to '" +
-              dataset.Get(position).id + "'");
+              last.id + "'" + (folder.empty() ? "" : " of " + folder));
 }
 
 namespace {

@@ -54,7 +54,7 @@ class TrainingSource {
   /// One dataset, which must outlive the source.
   TrainingSource(const Dataset& dataset, PointFeatures features, LabelOptions labels, int copies, int schedule_steps,
                  std::uint64_t seed);
-  /// Throws Error when many examples in a row have too few points.
+  /// Throws Error when many examples in a row have too few points, or no truth.
   TrainingItem Make(std::uint64_t index) const;
 
  private:

@@ -20,6 +20,7 @@
 #include "lab/data/two_view_test_util.h"
 #include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
+#include "network/captured_log.h"
 
 namespace diffsac {
 namespace {
@@ -133,6 +134,89 @@ TEST_CASE("the tutorial's layout is read in its variants, for E and F") {
       CHECK(f.truth.inliers.size() == static_cast<std::size_t>(f.problem.points.rows()));
     }
   }
+}
+
+// Numbers of a file's data set in place of those that it has.
+template <class Change>
+void ChangeNumbers(const std::string& path, const std::vector<std::string>& keys, const Change& change) {
+  const std::lock_guard lock(Hdf5Mutex());
+  H5::H5File file(path, H5F_ACC_RDWR);
+  for (const std::string& key : keys) {
+    H5::DataSet data = file.openDataSet(key);
+    std::vector<double> values(static_cast<std::size_t>(data.getSpace().getSimpleExtentNpoints()));
+    data.read(values.data(), H5::PredType::NATIVE_DOUBLE);
+    change(&values);
+    data.write(values.data(), H5::PredType::NATIVE_DOUBLE);
+  }
+}
+
+const std::vector<std::string> kPairs = {"im_0-im_1", "im_0-im_2", "im_0-im_3"}, kImages = {"im_1", "im_2", "im_3"};
+
+struct Broken {
+  TemporaryFolder folder;
+  std::string scene = folder / "scene";
+  Broken() { WriteScene(scene, 3); }
+  std::string Said(const std::string& task = "essential") const {
+    const std::string yaml = "{type: correspondences, task: " + task + ", paths: ['" + scene + "']}";
+    std::string error;
+    const std::string log = CapturedLog([&] { error = ErrorOf([&] { MakeDataset(ConfigFromYaml(yaml), 1); }); });
+    return error + log;
+  }
+  std::string File(const std::string& name) const { return scene + "/" + name; }
+  void Remove(const std::vector<std::string>& names) const {
+    for (const std::string& name : names) std::filesystem::remove(File(name));
+  }
+};
+
+TEST_CASE("ratios outside their range are an error") {
+  const Broken broken;
+  CHECK(broken.Said().empty());
+  ChangeNumbers(broken.File("match_conf.h5"), kPairs, [](std::vector<double>* ratios) {
+    for (double& ratio : *ratios) ratio = 1.0 + ratio;
+  });
+  CHECK(Has(broken.Said(), "scene/match_conf.h5: 150 of 150 ratios are not in [0, 1]"));
+}
+
+TEST_CASE("transposed rotations are told of") {
+  const Broken broken;
+  broken.Remove({"Egt.h5", "Fgt.h5"});
+  CHECK(broken.Said().empty());
+  ChangeNumbers(broken.File("R.h5"), kImages, [](std::vector<double>* R) {
+    for (const auto& [a, b] : {std::pair(1, 3), std::pair(2, 6), std::pair(5, 7)}) std::swap((*R)[a], (*R)[b]);
+  });
+  CHECK(Has(broken.Said(), "scene: of 150 matches "));
+  CHECK(Has(broken.Said("homography"), "no truth of task homography"));
+}
+
+TEST_CASE("matches that are all wrong are told of") {
+  const Broken broken;
+  ChangeNumbers(broken.File("matches.h5"), kPairs, [](std::vector<double>* points) {
+    std::rotate(points->begin(), points->begin() + 4, points->end());
+    // Each first point with another's second one.
+    for (std::size_t i = 0; i + 8 <= points->size(); i += 8)
+      std::swap_ranges(points->begin() + static_cast<std::ptrdiff_t>(i),
+                       points->begin() + static_cast<std::ptrdiff_t>(i) + 2,
+                       points->begin() + static_cast<std::ptrdiff_t>(i) + 4);
+  });
+  CHECK(Has(broken.Said(), "about as many as by chance: R.h5, T.h5 or K1_K2.h5 may be of another convention"));
+}
+
+TEST_CASE("a scene without truth or baseline is told of") {
+  const Broken broken;
+  ChangeNumbers(broken.File("T.h5"), kImages, [](std::vector<double>* T) { T->assign(3, 0.0); });
+  CHECK(Has(broken.Said(), "scene/T.h5: 3 of 3 pairs have no baseline"));
+  broken.Remove({"R.h5", "T.h5", "Egt.h5", "Fgt.h5"});
+  CHECK(Has(broken.Said("fundamental"), "scene: no truth of task fundamental (R.h5 and T.h5, "));
+}
+
+TEST_CASE("the same folder twice is an error") {
+  const Broken broken;
+  for (const std::string& again : {broken.scene + "/", broken.scene + "/../scene", std::string(broken.folder.path())})
+    CHECK(Has(ErrorOf([&] {
+                MakeDataset(ConfigFromYaml("{type: correspondences, paths: ['" + broken.scene + "', '" + again + "']}"),
+                            1);
+              }),
+              "is there twice"));
 }
 
 TEST_CASE("the tutorial's splits and scenes are chosen by name") {

@@ -32,6 +32,30 @@ TEST_CASE("a training item is a function of its index") {
   CHECK(x.noise != a.Make(8).noise);
 }
 
+namespace {
+
+class Truthless : public Dataset {
+ public:
+  Task task() const override { return Task::kFundamental; }
+  std::int64_t size() const override { return 3; }
+  Example Get(std::uint64_t) const override {
+    Example example;
+    example.problem.task = Task::kFundamental;
+    example.problem.points = PointMatrix::Random(40, 4);
+    return example;
+  }
+  std::string FolderOf(const std::string&) const override { return "data/scene"; }
+};
+
+}  // namespace
+
+TEST_CASE("data without truth cannot teach and says so") {
+  const Truthless dataset;
+  const PointFeatures features(PointFeaturesOptions{}, Task::kFundamental);
+  const TrainingSource source(dataset, features, {}, 1, 100, 1);
+  CHECK_THROWS_WITH(source.Make(0), Catch::Contains("data/scene: no truth to learn from: R.h5 and T.h5"));
+}
+
 TEST_CASE("labels are ±1 with γ points set, and only on true inliers") {
   const auto dataset = MakeSynthetic(Task::kPlane, {}, 1);
   LabelOptions labels;

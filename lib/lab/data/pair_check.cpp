@@ -1,0 +1,83 @@
+#include "lab/data/pair_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "diffsac/core/config_tree.h"
+#include "diffsac/core/status.h"
+#include "lab/data/finite_points.h"
+#include "lab/truth/pair_truth.h"
+
+namespace diffsac {
+namespace {
+
+/// The share of matches at random that lie so near: about an epipolar line, or about a point.
+double ChanceShare(const PointMatrix& points, double distance, bool line) {
+  const Eigen::RowVector2d sides =
+      points.rightCols<2>().colwise().maxCoeff() - points.rightCols<2>().colwise().minCoeff();
+  const double share =
+      line ? 2.0 * distance / sides.minCoeff() : std::numbers::pi * distance * distance / (sides[0] * sides[1]);
+  return std::isfinite(share) ? std::min(share, 1.0) : 0.0;
+}
+
+bool HasTruth(Example pair, const PairsOptions& options) {
+  if (options.dominant_plane || options.structures || !pair.truth.assignment.empty()) return true;
+  SetTask(options.task, options.inlier_threshold_px, &pair);
+  return pair.truth.model.size() > 0 || pair.truth.pose.has_value() || !pair.truth.inliers.empty();
+}
+
+std::string Of(std::int64_t count, std::int64_t all) { return std::to_string(count) + " of " + std::to_string(all); }
+
+}  // namespace
+
+void PairCheck::Add(const Example& pair) {
+  pairs_ += 1;
+  const GroundTruth& truth = pair.truth;
+  if (options_.filter.ratios) {
+    ratios_ += pair.problem.match_ratio.size();
+    // Rounded from single precision.
+    bad_ratios_ += (pair.problem.match_ratio.array() < 0.0 || pair.problem.match_ratio.array() > 1.0 + 1e-6).count();
+  }
+  without_truth_ += !HasTruth(pair, options_);
+  without_baseline_ += truth.motion && truth.motion->translation.norm() < 1e-9 && options_.task != Task::kHomography;
+  if (truth.assignment.empty() && pair.problem.points.rows() > 0) AddNear(pair);
+}
+
+void PairCheck::AddNear(const Example& pair) {
+  const bool plane = options_.task == Task::kHomography;
+  // A pose says nothing of a homography.
+  if (plane ? !pair.truth.homography : !pair.truth.fundamental) return;
+  const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
+  if (distances.size() == 0) return;
+  const auto near = (distances.array() <= options_.inlier_threshold_px).count();
+  measured_ += 1;
+  without_right_ += near == 0;
+  near_ += near;
+  matches_ += distances.size();
+  by_chance_ += static_cast<double>(distances.size()) *
+                ChanceShare(pair.problem.points, options_.inlier_threshold_px, !pair.truth.homography);
+  files_ = pair.truth.homography ? "Hgt.h5" : pair.truth.motion ? "R.h5, T.h5 or K1_K2.h5" : "Fgt.h5, or Egt.h5,";
+}
+
+void PairCheck::Tell(const std::string& folder) const {
+  if (bad_ratios_ > 0)
+    throw Error(folder + "/match_conf.h5: " + Of(bad_ratios_, ratios_) + " ratios are not in [0, 1]");
+  if (without_truth_ > 0 && without_truth_ == pairs_)
+    WarnOnce(folder + ": no truth of task " + ToString(options_.task) +
+             " (R.h5 and T.h5, Egt.h5, Fgt.h5, Hgt.h5 or labels.h5): errors are not measured");
+  if (without_baseline_ > 0)
+    WarnOnce(folder + "/T.h5: " + Of(without_baseline_, pairs_) +
+             " pairs have no baseline: no direction of t is right there, and any counts as 0 degrees off");
+  // Four times chance is less than any data has that somebody could learn from.
+  constexpr double kTimesChance = 4.0;
+  const std::string near = " within " + DoubleText(options_.inlier_threshold_px) + " px of the truth";
+  if (measured_ > 0 && static_cast<double>(near_) < kTimesChance * by_chance_)
+    WarnOnce(folder + ": of " + std::to_string(matches_) + " matches " + std::to_string(near_) + " are" + near +
+             ", about as many as by chance: " + files_ +
+             " may be of another convention (transposed, inverted), or of " + "other images");
+  else if (5 * without_right_ > measured_)
+    WarnOnce(folder + ": " + Of(without_right_, measured_) + " pairs have no match" + near);
+}
+
+}  // namespace diffsac
