@@ -140,7 +140,9 @@ void AddEstimator(CLI::App* app, Request* request) {
   app->add_option("--threads", request->context.threads, "Threads; 0: all cores")
       ->check(NumberWithin(0, 1024))
       ->capture_default_str();
-  app->add_option("--seed", request->seed, "Of the search; every pair has the same")->capture_default_str();
+  app->add_option("--seed", request->seed, "Of the search; every pair has the same")
+      ->check(NumberFrom(0))
+      ->capture_default_str();
 }
 
 void AddOutput(CLI::App* app, Request* request) {
@@ -175,7 +177,7 @@ void CheckGivenMatches(const CLI::App& app, Request* request) {
     throw Error("--from-matches: images are for the matches of one pair");
   if (request->task == "absolute_pose" && !request->images.empty())
     throw Error("--from-matches: points of --task absolute_pose are drawn on no images");
-  if (request->images.empty() && app.count("--picture") > 0)
+  if (request->images.empty() && !request->picture.empty() && app.count("--picture") > 0)
     throw Error("--picture: with --from-matches a picture needs the two images");
   if (request->images.empty()) request->picture.clear();
 }
@@ -201,7 +203,7 @@ void CheckUse(const CLI::App& app, Request* request) {
   const bool one = IsOnePair(*request);
   const std::vector<std::string> of_two = {"--picture", "--json", "--matches"}, of_many = {"--output", "--overwrite"};
   for (const std::string& option : one ? of_many : of_two)
-    if (app.count(option) > 0)
+    if (app.count(option) > 0 && !(option == "--picture" && request->picture.empty()))
       throw Error(option +
                   (one ? " is for folders and lists of photographs" : " is for two images, not for many pairs"));
 }
@@ -414,7 +416,8 @@ int RunMany(const Request& request) {
   FeatureStore store(photographs.source, request.features, "", KeypointsFolder(request));
   const int threads = request.context.threads;
   if (!PreparePhotographs(cameras, threads, stop_requested, &store, &photographs.source))
-    return EndInterrupted(request, "no pair was matched");
+    return EndInterrupted(request, "the keypoints of " + std::to_string(store.CountPrepared()) + " of " +
+                                       std::to_string(paths.size()) + " images are found, no pair is matched");
   const double threshold_px = ThresholdOf(request, task);
   const PairEstimation estimation{*method, experiment.task, threshold_px, request.seed, threads};
   std::vector<ImageSize> sizes;

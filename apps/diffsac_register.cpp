@@ -60,7 +60,9 @@ void AddOptions(CLI::App* app, Request* request) {
   app->add_option("--json", request->json,
                   "Two clouds, or matches: also everything as JSON in this file (default: none)");
   app->add_flag("--overwrite", request->overwrite, "A folder: replaces results that are there (default: no)");
-  app->add_option("--seed", request->options.seed, "Of the search; every pair has the same")->capture_default_str();
+  app->add_option("--seed", request->options.seed, "Of the search; every pair has the same")
+      ->check(NumberFrom(0))
+      ->capture_default_str();
 }
 
 void WarnOf(const RigidMotionEstimate& estimate) {

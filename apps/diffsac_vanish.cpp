@@ -67,7 +67,7 @@ void AddOptions(CLI::App* app, Request* request) {
   app->add_option("--estimates", request->estimates, "Also everything, with the segments, in this HDF5 file");
   app->add_option("--segments", request->segments,
                   "Also the segments in this file, a line each: x1 y1 x2 y2 and the number of its vanishing point");
-  app->add_option("--seed", options.seed, "Of the search")->capture_default_str();
+  app->add_option("--seed", options.seed, "Of the search")->check(NumberFrom(0))->capture_default_str();
 }
 
 /// Of several images "points.png" becomes "points_NAME.png".

@@ -5,6 +5,7 @@
     convert.py adelaidermf|adelaidermf_matches|nyu_vp|yud_plus INPUT OUTPUT   scenes of matches or of segments in OUTPUT
     convert.py registration INPUT OUTPUT                                      matches of clouds with their motion in OUTPUT
     convert.py matches INPUT.npy|INPUT.npz OUTPUT                             the text that diffsac_pair --from-matches reads
+    convert.py matrix INPUT.npy OUTPUT                                        a calibration matrix as text
     convert.py matches3d INPUT.npy|INPUT.npz|INPUT.h5 OUTPUT                  the same of diffsac_register
 
 An image whose pose or calibration makes no sense is left out and named. Bad input is one line and exit code 2.
@@ -499,6 +500,13 @@ def matches(source, arguments):
     write_table(arguments.output, values, names)
 
 
+def matrix(source, arguments):
+    """A calibration matrix as text."""
+    loaded = numpy_file(source)
+    need(getattr(loaded, "shape", None) == (3, 3) and loaded.dtype.kind in "fiu", f"{source}: expected one array of 3 x 3 numbers")
+    np.savetxt(arguments.output, loaded, fmt="%.17g")
+
+
 def matches3d(source, arguments):
     """N x 6 or 7 numbers as diffsac_register --from-matches reads them: one array of NumPy, or the one group of cloud_matches.h5."""
     names = ["x1", "y1", "z1", "x2", "y2", "z2", "ratio"]
@@ -573,7 +581,7 @@ def registration(source, arguments):
 
 
 POSED = {f.__name__: f for f in (nerf, llff, strecha, middlebury, projections, poses)}
-SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_matches, nyu_vp, yud_plus, matches, matches3d, registration)}
+SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_matches, nyu_vp, yud_plus, matches, matches3d, matrix, registration)}
 
 
 def main():

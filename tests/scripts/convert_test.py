@@ -283,6 +283,16 @@ def test_registration():
     assert "neither data/*/*/*_top3.match nor" in convert("registration", ROOT / "out", ROOT / "out", expect=2)
 
 
+def test_matrix():
+    here = folder("matrix")
+    for given in (K, np.asfortranarray(K), K.astype(np.float32)):
+        np.save(here / "K.npy", given)
+        convert("matrix", here / "K.npy", here / "K.txt")
+        assert (np.loadtxt(here / "K.txt") == K).all()
+    np.save(here / "K.npy", K[:2])
+    assert "K.npy: expected one array of 3 x 3 numbers" in convert("matrix", here / "K.npy", here / "K.txt", expect=2)
+
+
 def test_matches3d():
     here, rows = folder("matches3d"), np.random.default_rng(0).normal(size=(20, 7))
     np.save(here / "m.npy", rows)

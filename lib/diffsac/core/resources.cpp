@@ -79,7 +79,12 @@ std::string FindModel(const std::string& name, const std::string& folder) {
   std::vector<std::string> places;
   for (const std::string& models : folder.empty() ? ModelsFolders() : std::vector{folder})
     AddPlace(fs::path(models) / name, &places);
-  return FirstPlace("model " + name, places);
+  try {
+    return FirstPlace("model " + name, places);
+  } catch (const Error& error) {
+    // A prefix that was moved, or models that were installed elsewhere.
+    throw Error(error.what() + std::string(folder.empty() ? kModelsHint : ""));
+  }
 }
 
 }  // namespace diffsac

@@ -14,8 +14,11 @@ namespace diffsac {
 void AddModelsFolder(const std::string& folder);
 
 /// The file of a model ("fundamental/model.safetensors"): in `folder` alone where one is given, else in the folders of
-/// models. Throws Error naming every place looked at.
+/// models. Throws Error naming every place looked at and DIFFSAC_MODELS.
 std::string FindModel(const std::string& name, const std::string& folder = "");
+
+/// What such an Error ends with where no folder was given.
+inline constexpr const char* kModelsHint = "; the environment's DIFFSAC_MODELS names a folder of models elsewhere";
 
 /// The folders of models, in their order.
 std::vector<std::string> ModelsFolders();

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include <map>
 
 #include "diffsac/core/logging.h"
+#include "diffsac/core/nearest_word.h"
 #include "diffsac/core/status.h"
 #include "lab/colmap/lens.h"
 #include "lab/files/files.h"
@@ -144,12 +146,22 @@ ModelCameras ReadCamerasBinary(const std::string& path) {
   return cameras;
 }
 
+// COLMAP writes capital letters.
+std::string NearestModel(std::string name) {
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::toupper(c); });
+  std::vector<std::string> known;
+  for (int model = 0; const auto model_name = ColmapModelName(model); ++model) known.push_back(*model_name);
+  return NearestWord(name, known);
+}
+
 // CAMERA_ID MODEL WIDTH HEIGHT PARAMS...
 LensCamera ReadCamera(const ColmapLines& reader) {
   const auto words = reader.Words();
   if (words.size() < 4) reader.Fail("expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
   const std::optional<int> model = ColmapModelNumber(words[1]);
-  if (!model) reader.Fail("the camera model " + std::string(words[1]) + " is not supported");
+  if (!model)
+    reader.Fail("the camera model " + std::string(words[1]) +
+                " is not supported: " + NearestModel(std::string(words[1])) + " is the nearest");
   ColmapCamera camera;
   camera.model = *model;
   camera.has_prior_focal_length = true;

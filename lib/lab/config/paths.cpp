@@ -58,7 +58,7 @@ std::string RequiredPath(const Config& value, const std::string& what) {
   const std::string path = value.Text(), found = FoundPath(*value.impl_->Get());
   if (IsThere(found)) return found;
   throw Error(value.Where() + ": '" + path + "': no such " + what + "; looked for " +
-              Listed(PlacesOf(*value.impl_->Get())));
+              Listed(PlacesOf(*value.impl_->Get())) + (path.starts_with(kModels) ? kModelsHint : ""));
 }
 
 void RequirePaths(const Config& config, const std::vector<std::string>& keys, const std::string& what) {

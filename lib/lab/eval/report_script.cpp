@@ -138,6 +138,14 @@ void RunPythonScript(const std::string& shared_file, const std::vector<std::stri
   if (EndOfProgram(process) != 0) throw Error(said.empty() ? shared_file + ": was stopped" : said);
 }
 
+void ReadConverted(const std::string& format, const std::string& file,
+                   const std::function<void(const std::string& text)>& read) {
+  const std::string text = TemporaryBeside(std::filesystem::temp_directory_path() / "converted.csv");
+  RunPythonScript("convert.py", {format, file, text});
+  read(text);
+  RemoveFile(text);
+}
+
 bool TellRun(const std::string& folder) {
   RemoveFile((std::filesystem::path(folder) / kReportFile).string());  // An earlier run's.
   return RunReportScript("run_report.py", {folder});

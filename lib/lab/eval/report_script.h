@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,11 @@ bool HasReportPython();
 
 /// Runs another Python script, of share/diffsac, by the same python3. What it says last is the Error where it fails.
 void RunPythonScript(const std::string& shared_file, const std::vector<std::string>& arguments);
+
+/// What convert.py's `format` makes of a file: `read` gets the name of a text file, which is gone afterwards. Throws
+/// Error.
+void ReadConverted(const std::string& format, const std::string& file,
+                   const std::function<void(const std::string& text)>& read);
 
 /// Pictures, report.html, table.tex and table.csv of a run's folder that holds results.json.
 bool TellRun(const std::string& folder);

@@ -8,12 +8,14 @@
 
 namespace diffsac {
 
-std::vector<NumberLine> ReadNumberFile(const std::string& path) {
+namespace {
+
+std::vector<NumberLine> ReadNumberFile(const std::string& path, std::string_view separators) {
   const std::string text = ReadTextFile(path);
   std::vector<NumberLine> lines;
   std::string_view rest = text, line;
   for (int number = 1; TakeLine(&rest, &line); ++number) {
-    const auto words = SplitWords(line, " \t");
+    const auto words = SplitWords(line, separators);
     if (words.empty() || words[0].starts_with('#')) continue;
     NumberLine parsed{number, std::vector<double>(words.size())};
     for (std::size_t i = 0; i < words.size(); ++i)
@@ -23,6 +25,10 @@ std::vector<NumberLine> ReadNumberFile(const std::string& path) {
   }
   return lines;
 }
+
+}  // namespace
+
+std::vector<NumberLine> ReadNumberFile(const std::string& path) { return ReadNumberFile(path, " \t"); }
 
 std::vector<NumberLine> ReadNumberFile(const std::string& path, std::size_t count) {
   std::vector<NumberLine> lines = ReadNumberFile(path);
@@ -35,7 +41,7 @@ std::vector<NumberLine> ReadNumberFile(const std::string& path, std::size_t coun
 
 std::vector<double> ReadNumbersOf(const std::string& path, std::size_t count, const std::string& what) {
   std::vector<double> values;
-  for (const NumberLine& line : ReadNumberFile(path))
+  for (const NumberLine& line : ReadNumberFile(path, " \t,;[]"))
     values.insert(values.end(), line.values.begin(), line.values.end());
   if (values.size() != count)
     throw Error(path + ": expected " + what + ", found " + std::to_string(values.size()) + " numbers");

@@ -19,7 +19,8 @@ std::vector<NumberLine> ReadNumberFile(const std::string& path);
 /// The same, and every line must have `count` numbers.
 std::vector<NumberLine> ReadNumberFile(const std::string& path, std::size_t count);
 
-/// All numbers of a file that must hold `count`; `what` says in messages what they are ("a 4x4 matrix").
+/// All numbers of a file that must hold `count`, with commas, semicolons and square brackets between them or without;
+/// `what` says in messages what they are ("a 4x4 matrix").
 std::vector<double> ReadNumbersOf(const std::string& path, std::size_t count, const std::string& what);
 
 /// A number of pixels, as an int. Throws Error, starting with `place`, unless it is from 0 to 10^9.

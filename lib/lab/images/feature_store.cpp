@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <map>
+#include <optional>
 
+#include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "lab/config/progress.h"
@@ -49,13 +52,27 @@ bool FeatureStore::Prepare(int index, std::string* problem) {
 bool FeatureStore::PrepareAll(const std::vector<int>& images, int threads, const std::atomic<bool>& stop,
                               std::vector<std::string>* problems) {
   problems->assign(images.size(), "");
-  Progress progress("keypoints", static_cast<std::int64_t>(images.size()));
-  ParallelFor(static_cast<std::int64_t>(images.size()), threads, [&](std::int64_t k) {
+  std::vector<bool> kept(images.size());
+  for (std::size_t k = 0; k < images.size(); ++k) {
+    const SourceImage& image = source_.images[images[k]];
+    kept[k] = !imported_ && cache_.Holds(image.name, image.path);
+  }
+  const auto all = std::ssize(images), left = all - std::count(kept.begin(), kept.end(), true);
+  if (left < all)
+    LogInfo("keypoints: " + std::to_string(left) + " of " + std::to_string(all) +
+            " images are left, the others' are kept from before");
+  std::optional<Progress> progress;
+  if (left > 0) progress.emplace("keypoints", left);
+  ParallelFor(all, threads, [&](std::int64_t k) {
     if (stop) return;
     Prepare(images[k], &(*problems)[k]);
-    progress.Advance();
+    if (!kept[k]) progress->Advance();
   });
   return !stop;
+}
+
+std::ptrdiff_t FeatureStore::CountPrepared() const {
+  return std::count_if(sizes_.begin(), sizes_.end(), [](const ImageSize& size) { return size.known(); });
 }
 
 ImageFeatures FeatureStore::Load(int index) const {
@@ -104,6 +121,13 @@ std::string FeatureCache::KeyOf(const std::string& image_path) const {
   return "diffsac keypoints 3\n" + image_path + "\n" + std::to_string(size) + " " + std::to_string(time) + " " +
          DetectorName(options_.kind) + " " + std::to_string(options_.max_keypoints) + " " +
          std::to_string(kContrastThreshold) + " " + std::to_string(options_.max_image_size) + "\n";
+}
+
+bool FeatureCache::Holds(const std::string& name, const std::string& image_path) const {
+  const std::string key = KeyOf(image_path);
+  std::string start(key.size(), '\0');
+  std::ifstream file(PathOf(name), std::ios::binary);
+  return file.read(start.data(), std::ssize(start)) && start == key;
 }
 
 bool FeatureCache::Read(const std::string& name, const std::string& image_path, RawFeatures* features) const {

@@ -22,6 +22,8 @@ class FeatureCache {
 
   /// Whether there is a good file. Broken ones count as none.
   bool Read(const std::string& name, const std::string& image_path, RawFeatures* features) const;
+  /// Whether there is a file of this version of the image and these options; it may be broken.
+  bool Holds(const std::string& name, const std::string& image_path) const;
   /// Makes the folder when it is not there. Throws Error when it cannot be written.
   void Write(const std::string& name, const std::string& image_path, const RawFeatures& features) const;
   /// Removes the folder.
@@ -47,10 +49,13 @@ class FeatureStore {
   /// read, has not the size of its calibration, or what is imported of it makes no sense. Throws Error for anything
   /// else.
   bool Prepare(int image, std::string* problem);
-  /// The same for several images on `threads` threads (0: all cores), with a bar of progress; a line for each that was
+  /// The same for several images on `threads` threads (0: all cores), with a bar of progress over those
+  /// that are not kept from before; a line for each that was
   /// not prepared, empty for the others. False when `stop` turned true.
   bool PrepareAll(const std::vector<int>& images, int threads, const std::atomic<bool>& stop,
                   std::vector<std::string>* problems);
+  /// How many images are prepared.
+  std::ptrdiff_t CountPrepared() const;
   /// After Prepare, as Load.
   const ImageSize& SizeOf(int image) const { return sizes_[image]; }
   ImageFeatures Load(int image) const;

@@ -8,10 +8,9 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/problem/within_size.h"
 #include "lab/data/point_files.h"
 #include "lab/eval/report_script.h"
-#include "lab/files/files.h"
-#include "lab/files/temporary_files.h"
 #include "lab/images/hloc_files.h"
 #include "lab/images/image_cameras.h"
 #include "lab/images/run_pairs.h"
@@ -51,6 +50,12 @@ void RequireMiddles(const std::vector<ImageSize>& sizes, const GivenCalibration&
     throw Error("--focal alone takes each image's middle as the principal point: give --sizes, or --center");
 }
 
+/// Both images hold their points.
+void RequireWithinSizes(const Problem& problem, const std::string& place) {
+  RequireWithin(problem.size1, problem.points.leftCols(2), place + ": the size of image 1");
+  RequireWithin(problem.size2, problem.points.rightCols(2), place + ": the size of image 2");
+}
+
 /// Of pixels as they are seen.
 void Calibrate(const std::optional<LensCamera>& first, const std::optional<LensCamera>& second, Problem* problem) {
   if (!first || !second) return;
@@ -62,10 +67,8 @@ void Calibrate(const std::optional<LensCamera>& first, const std::optional<LensC
 /// converter: what of convert.py makes it text; null: it is text.
 TextTable ReadMatchTable(const std::string& file, const TextColumns& columns, const char* converter) {
   if (converter == nullptr) return ReadTextTable(file, columns);
-  const std::string text = TemporaryBeside(fs::temp_directory_path() / "matches.csv");
-  RunPythonScript("convert.py", {converter, file, text});
-  TextTable table = ReadTextTable(text, columns);
-  RemoveFile(text);
+  TextTable table;
+  ReadConverted(converter, file, [&](const std::string& text) { table = ReadTextTable(text, columns); });
   return table;
 }
 
@@ -90,6 +93,7 @@ MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& cal
   const auto first = cameras.Of(0, problem.size1), second = cameras.Of(1, problem.size2);
   cameras.WarnOfSizes({problem.size1, problem.size2});
   problem.points = table.values.leftCols(4);
+  RequireWithinSizes(problem, given.file);
   Calibrate(first, second, &problem);
   return matched;
 }
@@ -106,6 +110,7 @@ MatchedImages ReadScenePoints(const GivenMatches& given, const GivenCalibration&
   problem.task = Task::kAbsolutePose;
   problem.match_ratio = QualitiesOf(table, given.file, &problem.scored);
   if (!given.sizes.empty()) problem.size1 = given.sizes.front();
+  RequireWithin(problem.size1, table.values.leftCols(2), given.file + ": the image's size");
   const auto camera = ImageCameras(calibration, {given.file}).Of(0, problem.size1);
   if (!camera) throw Error("--task absolute_pose needs --calibration, --cameras or --focal");
   problem.points.resize(table.values.rows(), 5);
@@ -185,6 +190,7 @@ void CalibrateByName(const GivenMatches& given, const GivenCalibration& calibrat
     Problem& problem = pair.problem;
     if (!given.sizes.empty() && !problem.size1.known()) problem.size1 = given.sizes.front();
     if (!given.sizes.empty() && !problem.size2.known()) problem.size2 = given.sizes.back();
+    RequireWithinSizes(problem, given.file + ": " + pair.id);
   }
   if (!calibration.IsGiven()) return;
   std::vector<std::string> files;

@@ -2,11 +2,15 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/colmap/model.h"
+#include "lab/config/number_checks.h"
+#include "lab/data/finite_points.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/image_features.h"
 
@@ -26,6 +30,32 @@ void CheckAlone(const GivenCalibration& given) {
 bool EndsIn(const fs::path& path, const fs::path& end) {
   const auto parts = std::distance(path.begin(), path.end()), last = std::distance(end.begin(), end.end());
   return parts >= last && std::equal(end.begin(), end.end(), std::next(path.begin(), parts - last));
+}
+
+std::string PixelsText(double x, double y) { return "(" + PlainNumber(x) + ", " + PlainNumber(y) + ")"; }
+
+/// Of a matrix, or a focal length, that does not say what size of images it is for; `name`: what gave it.
+void CheckFits(const Eigen::Matrix3d& K, const ImageSize& size, const std::string& name) {
+  // Nine tenths of 180 degrees take .08; wide lenses without distortion see 130, with a focal length of .23.
+  constexpr double kLeastFocal = 0.12, kMostAside = 0.1;
+  const double longer = std::max(size.width, size.height), focal = std::max(K(0, 0), K(1, 1));
+  if (!size.known()) return;
+  if (focal < kLeastFocal * longer)
+    throw Error(name + ": a focal length of " + PlainNumber(focal) + " pixels would see " +
+                PlainNumber(std::round(2.0 * std::atan(0.5 * longer / focal) * 180.0 / M_PI)) + " degrees of " +
+                SizeText(size) +
+                ": it is in another unit (pixels = millimetres / sensor's width * image's width), or " +
+                "of another size");
+  const double x = (K(0, 2) + 0.5) / size.width, y = (K(1, 2) + 0.5) / size.height;
+  if (std::max(std::abs(x - 0.5), std::abs(y - 0.5)) > kMostAside)
+    WarnOnce(name + ": the principal point " + PixelsText(K(0, 2), K(1, 2)) + " is far from the middle of " +
+             SizeText(size) + ": unless the image was cropped, the calibration is of another size" +
+             (std::abs(x - y) > 0.05 * x || x < 0.05
+                  ? std::string()
+                  : ", " +
+                        SizeText({static_cast<int>(std::lround(2.0 * x * size.width)),
+                                  static_cast<int>(std::lround(2.0 * y * size.height))}) +
+                        ", say"));
 }
 
 }  // namespace
@@ -63,17 +93,29 @@ void ImageCameras::ReadColmap() {
   }
   const fs::path model = fs::is_directory(path, code) ? path : path.parent_path();
   const ImageSource source = ReadColmapImages(model.string(), "");
-  for (const LeftOutImage& image : source.left_out) LogWarning("left out: " + image.problem);
+  if (source.images.empty() && !source.left_out.empty()) throw Error(source.left_out.front().problem);
+  for (const LeftOutImage& image : source.left_out) {
+    WarnOnce("left out: " + image.problem);
+    left_out_[image.name] = image.problem;
+  }
   for (const SourceImage& image : source.images)
     for (std::size_t i = 0; i < paths_.size(); ++i)
       if (EndsIn(paths_[i], image.path)) cameras_[i] = image.camera;
+}
+
+std::string ImageCameras::NameOf(std::size_t image) const {
+  if (!given_.files.empty()) return given_.files.at(image);
+  return given_.file.empty() ? "--focal" : given_.file;
 }
 
 std::optional<LensCamera> ImageCameras::Of(std::size_t image, const ImageSize& size) const {
   std::optional<LensCamera> camera = cameras_.at(image);
   if (!camera && given_.focal > 0.0)
     camera = CameraOf({"", given_.focal, {0.5 * (size.width - 1), 0.5 * (size.height - 1)}});
+  const auto left_out = left_out_.find(ImageName(paths_[image]));
+  if (!camera && left_out != left_out_.end()) throw Error(paths_[image] + ": " + left_out->second);
   if (!camera && !given_.cameras.empty()) throw Error(paths_[image] + ": " + given_.cameras + " has no such image");
+  if (camera && given_.cameras.empty()) CheckFits(camera->K, size, NameOf(image));
   if (camera && camera->size.known() && !(camera->size == size))
     throw Error(paths_[image] + ": is " + SizeText(size) + ", but its camera is for " + SizeText(camera->size));
   return camera;
@@ -81,11 +123,18 @@ std::optional<LensCamera> ImageCameras::Of(std::size_t image, const ImageSize& s
 
 void ImageCameras::WarnOfSizes(const std::vector<ImageSize>& sizes) const {
   const bool shared = !given_.file.empty() || !given_.center.empty();
-  const auto other = [&](const ImageSize& size) { return !(size == sizes.front()); };
-  const auto found = std::find_if(sizes.begin(), sizes.end(), other);
-  if (!shared || found == sizes.end()) return;
-  LogWarning("one calibration for images of " + SizeText(sizes.front()) + " and " + SizeText(*found) +
-             " pixels: --calibration K1.txt,K2.txt gives each its own, and --focal alone takes each image's middle");
+  if (!shared && !(given_.focal > 0.0)) return;
+  // A focal length alone is that of the image turned by a quarter as well.
+  const auto sides = [&](const ImageSize& size) {
+    return shared ? std::pair(size.width, size.height) : std::pair<int, int>(std::minmax(size.width, size.height));
+  };
+  const auto found = std::find_if(sizes.begin(), sizes.end(),
+                                  [&](const ImageSize& size) { return sides(size) != sides(sizes.front()); });
+  if (found == sizes.end()) return;
+  LogWarning(std::string(shared ? "one calibration" : "one --focal, in pixels,") + " for images of " +
+             SizeText(sizes.front()) + " and " + SizeText(*found) +
+             " pixels: --calibration K1.txt,K2.txt gives each its own" +
+             (shared ? ", and --focal alone takes each image's middle" : ""));
 }
 
 CameraHint ExifHint(const std::string& path, const ImageSize& size) {
@@ -103,14 +152,15 @@ void AddCalibrationOptions(CLI::App* app, GivenCalibration* calibration) {
            else
              calibration->files = files;
          },
-         "A file with the 3x3 matrix K of all images, or one for each, as a.txt,b.txt (default: none; the focal length "
-         "is looked for in EXIF data)")
+         "A file with the 3x3 matrix K of all images, or one for each, as a.txt,b.txt: nine numbers, .npy or JSON "
+         "(default: none; the focal length is looked for in EXIF data)")
       ->delimiter(',')
       ->allow_extra_args(false);
   app->add_option("--cameras", calibration->cameras,
                   "COLMAP's cameras of the images: the folder of a model, or a file cameras.txt; any camera model, and "
                   "its distortion is taken out (default: none)");
-  app->add_option("--focal", calibration->focal, "Focal length of all images, in pixels (default: unknown)");
+  app->add_option("--focal", calibration->focal, "Focal length of all images, in pixels (default: unknown)")
+      ->check(NumberAbove(0));
   app->add_option("--center", calibration->center, "Principal point, as 320,240 (default: each image's middle)")
       ->delimiter(',');
 }

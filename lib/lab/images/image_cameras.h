@@ -24,17 +24,21 @@ class ImageCameras {
   /// Whether there is a calibration at all.
   bool given() const { return given_.IsGiven(); }
   /// The camera of an image whose size is known now; none without a calibration. Throws Error naming the image:
-  /// COLMAP's model does not have it, or its camera has another size.
+  /// COLMAP's model does not have it, or its camera has another size; or naming the calibration, where it would see
+  /// nearly 180 degrees of that size. Warns, once, of a principal point far from the image's middle.
   std::optional<LensCamera> Of(std::size_t image, const ImageSize& size) const;
 
-  /// Warns of one K for images of several sizes: most likely some of them were turned, or another camera took them.
+  /// Warns of one K for images of several sizes: most likely some of them were turned, or another camera took them; and
+  /// of one focal length, unless they were turned.
   void WarnOfSizes(const std::vector<ImageSize>& sizes) const;
 
  private:
   void ReadColmap();
+  std::string NameOf(std::size_t image) const;  // Of what gave its calibration.
 
   GivenCalibration given_;
   std::vector<std::string> paths_;
+  std::map<std::string, std::string> left_out_;     // Of COLMAP's images by their names: why.
   std::vector<std::optional<LensCamera>> cameras_;  // As paths_; none: not known, or by its size.
 };
 

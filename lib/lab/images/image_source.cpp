@@ -103,10 +103,6 @@ std::string StepName(const std::string& name, int step) {
   return name + "_step_" + (number.size() < 2 ? "0" : "") + number;
 }
 
-Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path) {
-  return CheckedCalibration(ReadMatrixFile(path), path);
-}
-
 std::vector<std::string> GivenCalibration::Inputs() const {
   std::vector<std::string> inputs = files;
   inputs.insert(inputs.end(), {file, cameras});

@@ -126,7 +126,8 @@ RigidMotion SoundMotion(RigidMotion motion, const std::string& place);
 RigidMotion WorldToCamera(const std::vector<double>& values, const std::string& place);
 /// "<name>_step_05".
 std::string StepName(const std::string& name, int step);
-/// K of a file. Throws Error unless it is a calibration matrix.
+/// K of a file: nine numbers row by row, with commas and brackets or without; NumPy's .npy; a JSON file, where it may
+/// stand at K or camera_matrix, or as fx, fy, cx and cy. Throws Error unless it is a calibration matrix.
 Eigen::Matrix3d ReadCalibrationMatrix(const std::string& path);
 /// The camera of a calibration that is given for all images alike, none when nothing is given. Throws Error.
 std::optional<LensCamera> CameraOf(const GivenCalibration& calibration);

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <filesystem>
 #include <map>
 
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
+#include "lab/colmap/database.h"
 #include "lab/images/detection.h"
 #include "lab/images/given_pairs.h"
 #include "lab/images/image_cameras.h"
@@ -14,6 +16,8 @@
 
 namespace diffsac {
 namespace {
+
+namespace fs = std::filesystem;
 
 // Equal correspondences say one thing: the one with the best ratio stays. Keeps the order.
 std::vector<DescriptorMatch> WithoutRepeats(const std::vector<DescriptorMatch>& matches, const ImageFeatures& first,
@@ -57,6 +61,23 @@ void FillProblem(const SourceImage& image1, const SourceImage& image2, const Ima
   problem.size1 = first.size;
   problem.size2 = second.size;
   if (image1.camera && image2.camera) problem.cameras = CameraPair{image1.camera->K, image2.camera->K};
+}
+
+// The names of two images: by as much of their folders as tells them apart, as in a run on a folder of both.
+std::array<std::string, 2> NamesOf(const std::string& path1, const std::string& path2) {
+  const std::array<std::string, 2> names = {ImageName(path1), ImageName(path2)};
+  if (names[0] != names[1] || path1 == path2) return names;
+  std::array<fs::path, 2> above = {fs::absolute(path1).lexically_normal(), fs::absolute(path2).lexically_normal()},
+                          ends;
+  for (bool same = true; same && !above[0].filename().empty() && !above[1].filename().empty();) {
+    same = above[0].filename() == above[1].filename();
+    for (int k = 0; k < 2; ++k) {
+      ends[k] = ends[k].empty() ? above[k].filename() : above[k].filename() / ends[k];
+      above[k] = above[k].parent_path();
+    }
+  }
+  const auto told = PairNames(std::map<std::int64_t, std::string>{{1, ends[0].string()}, {2, ends[1].string()}});
+  return {told.at(1), told.at(2)};
 }
 
 }  // namespace
@@ -114,8 +135,9 @@ MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2,
   cameras.WarnOfSizes({features[0].size, features[1].size});
   start = Clock::now();
   ImageSource source;
+  const std::array<std::string, 2> names = NamesOf(path1, path2);
   for (std::size_t i = 0; i < 2; ++i)
-    source.images.push_back({ImageName(paths[i]), paths[i], cameras.Of(i, features[i].size), {}});
+    source.images.push_back({names[i], paths[i], cameras.Of(i, features[i].size), {}});
   matched.pair = MatchPair(source, {0, 1, {}}, features[0], features[1], DistanceOf(options.kind)).example;
   matched.ms_matching = MillisecondsSince(start);
   if (!cameras.given()) {

@@ -26,7 +26,8 @@ MatchedPair MatchPair(const ImageSource& source, const SourcePair& pair, const I
 
 /// Two images, matched, with the time that it took.
 struct MatchedImages {
-  Example pair;  ///< Its id is "NAME1-NAME2"; of no task as yet (SetTask); without truth.
+  Example pair;  ///< Its id is "NAME1-NAME2", with folders where the names are equal; of no task as yet (SetTask);
+                 ///< without truth.
   double ms_keypoints = 0.0, ms_matching = 0.0;
 };
 

@@ -171,6 +171,15 @@ Json FocalJson(const Problem& problem, const FocalEstimate& focal) {
           {"source", {ToString(SourceOf(problem, focal, 0)), ToString(SourceOf(problem, focal, 1))}}};
 }
 
+Json SizeJson(const ImageSize& size) { return size.known() ? Json({size.width, size.height}) : Json(nullptr); }
+
+/// Of the calibration; where the focal length is looked for, the image's middle.
+Json PrincipalPointJson(const Problem& problem, const ImageSize& size, Eigen::Matrix3d CameraPair::*K) {
+  if (problem.cameras) return {((*problem.cameras).*K)(0, 2), ((*problem.cameras).*K)(1, 2)};
+  if (!FindsFocals(problem.task) || !size.known()) return nullptr;
+  return {0.5 * (size.width - 1), 0.5 * (size.height - 1)};
+}
+
 bool HasRatioOrScore(const Problem& problem) { return problem.match_ratio.size() == problem.points.rows(); }
 double RatioOrScore(const Problem& problem, Eigen::Index match) {
   return problem.scored ? 1.0 - problem.match_ratio[match] : problem.match_ratio[match];
@@ -269,6 +278,10 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"image2", run.image2},
                      {"method", run.method},
                      {"seed", run.seed},
+                     {"size1", SizeJson(pair.problem.size1)},
+                     {"size2", SizeJson(pair.problem.size2)},
+                     {"principal_point1", PrincipalPointJson(pair.problem, pair.problem.size1, &CameraPair::K1)},
+                     {"principal_point2", PrincipalPointJson(pair.problem, pair.problem.size2, &CameraPair::K2)},
                      {"K1", cameras ? MatrixJson(cameras->K1) : Json(nullptr)},
                      {"K2", cameras ? MatrixJson(cameras->K2) : Json(nullptr)},
                      {"task", ToString(pair.problem.task)},

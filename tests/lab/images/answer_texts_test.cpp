@@ -175,6 +175,15 @@ TEST_CASE("the JSON has the images, the method, the seed, K and the matches, no 
   REQUIRE(json.at("correspondences").size() == 60);
   for (int c = 0; c < 4; ++c)
     CHECK(json.at("correspondences")[3][c].get<double>() == Approx(problem.points(3, c)).margin(1e-4));
+  CHECK(json.at("principal_point2") == nlohmann::json({problem.cameras->K2(0, 2), problem.cameras->K2(1, 2)}));
+  CHECK(json.at("size1").is_null());
+  Answered focals = AnsweredPair(TaskFromString("two_focals"), 60);
+  focals.pair.problem.cameras.reset();
+  focals.pair.problem.size2 = {640, 480};
+  const auto sized = nlohmann::json::parse(PairJson(focals.pair, focals.estimate, {}, run));
+  CHECK(sized.at("size2") == nlohmann::json({640, 480}));
+  CHECK(sized.at("principal_point2") == nlohmann::json({319.5, 239.5}));
+  CHECK(sized.at("principal_point1").is_null());
   const Answered plain = AnsweredPair(TaskFromString("fundamental"), 60);
   CHECK(nlohmann::json::parse(PairJson(plain.pair, plain.estimate, {}, run)).at("K2").is_null());
   answered.estimate.focal = FocalEstimate{{1e300, 1e300}, {650, 650}, {1e300, 1e300}, {}, {800, 800}, {0.1, 0.1}};

@@ -14,6 +14,7 @@
 #include "lab/colmap/create.h"
 #include "lab/colmap/two_view_geometries.h"
 #include "lab/files/files.h"
+#include "network/captured_log.h"
 
 namespace diffsac {
 namespace {
@@ -30,6 +31,25 @@ std::string Rows(int count, const std::string& more = "") {
     text += more + "\n";
   }
   return text;
+}
+
+TEST_CASE("matches outside the given sizes are an error") {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.File("m.txt"), Rows(20));
+  CHECK_THROWS_WITH(ReadMatches({folder.File("m.txt"), {{300, 300}, {100, 75}}}, {}),
+                    Contains("m.txt: the size of image 2: expected (width, height)"));
+  CHECK_NOTHROW(ReadMatches({folder.File("m.txt"), {{300, 300}}}, {}));
+}
+
+TEST_CASE("columns that are not read are named") {
+  const TemporaryFolder folder;
+  const auto said = [&](const std::string& header) {
+    const std::string file = folder.File(header.substr(0, header.find(' ')) + ".csv");
+    WriteFileAtomically(file, header + "\n" + Rows(9, "0.5"));
+    return CapturedLog([&] { ReadMatches({file, {}}, {}); });
+  };
+  CHECK(said("x1 y1 x2 y2 score").empty());
+  CHECK_THAT(said("y1 x1 y2 x2 confidence"), Contains("not read: 'confidence'; names that would be: 'ratio', "));
 }
 
 TEST_CASE("a folder of matches is a folder of pairs, bad files are left out, and what only some have") {

@@ -7,6 +7,7 @@
 #include "core/temporary_folder.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/exif_test_util.h"
+#include "network/captured_log.h"
 
 namespace diffsac {
 namespace {
@@ -52,6 +53,63 @@ TEST_CASE("a focal length without a centre takes the middle of each image, turne
   CHECK_FALSE(none.Of(0, kWide));
 }
 
+TEST_CASE("calibrations of other units or sizes are told") {
+  TemporaryFolder folder;
+  const auto said = [&](const GivenCalibration& given, const ImageSize& size) {
+    std::string error;
+    const std::string log = CapturedLog([&] { error = ErrorOf([&] { ImageCameras(given, kPaths).Of(0, size); }); });
+    return error + log;
+  };
+  GivenCalibration given;
+  for (const double focal : {35.0, 1.2, 60.0}) {
+    given.focal = focal;
+    CHECK(Has(said(given, kWide), "--focal: a focal length of "));
+  }
+  for (const double focal : {100.0, 500.0, 9000.0}) {
+    given.focal = focal;
+    CHECK(said(given, kHigh).empty());
+  }
+  given = {WriteK(&folder, "k.txt", 500.0), 0.0, {}};
+  for (const ImageSize& size : {kWide, ImageSize{700, 440}, ImageSize{}}) CHECK(said(given, size).empty());
+  CHECK(
+      Has(said(given, {320, 240}), "k.txt: the principal point (320, 240) is far from the middle of 320x240: unless"));
+  CHECK(Has(said(given, {1600, 1200}), "of another size, 641x481, say"));
+  CHECK(Has(said(given, {1600, 480}), "is far from the middle"));
+  given = {WriteK(&folder, "small.txt", 5.0), 0.0, {}};
+  CHECK(Has(said(given, kWide), "small.txt: a focal length of 5 pixels would see 178 degrees of 640x480"));
+}
+
+TEST_CASE("one focal length for images of two sizes is told") {
+  const ImageCameras cameras({"", 600.0, {}}, kPaths);
+  const auto said = [&](const ImageSize& second) { return CapturedLog([&] { cameras.WarnOfSizes({kWide, second}); }); };
+  CHECK(said(kWide).empty());
+  CHECK(said(kHigh).empty());
+  CHECK(Has(said({320, 240}), "one --focal, in pixels, for images of 640x480 and 320x240"));
+}
+
+TEST_CASE("a matrix with commas, as JSON or as NumPy's") {
+  TemporaryFolder folder;
+  const auto read = [&](const std::string& name, const std::string& text) {
+    WriteRaw(folder / name, text);
+    return ReadCalibrationMatrix(folder / name);
+  };
+  const Eigen::Matrix3d K = (Eigen::Matrix3d() << 500, 0, 320, 0, 510, 240, 0, 0, 1).finished();
+  for (const char* text :
+       {"500, 0, 320\n0,510,240\n0,0,1\n", "500;0;320;0;510;240;0;0;1", "[[500, 0, 320], [0, 510, 240], [0, 0, 1]]",
+        "[[500. 0. 320.]\n [0. 510. 240.]\n [0. 0. 1.]]\n", "{\"K\": [[500, 0, 320], [0, 510, 240], [0, 0, 1]]}",
+        "{\"camera_matrix\": {\"rows\": 3, \"data\": [500, 0, 320, 0, 510, 240, 0, 0, 1]}}",
+        "\n{\"fx\": 500, \"fy\": 510, \"cx\": 320, \"cy\": 240}"}) {
+    CAPTURE(text);
+    CHECK(read("k.json", text) == K);
+  }
+  for (const char* text :
+       {"{\"K\": [500, 0, 320]}", "{\"K1\": 3}", "{\"fx\": \"a\", \"fy\": 1, \"cx\": 1, \"cy\": 1}"}) {
+    CAPTURE(text);
+    CHECK(Has(ErrorOf([&] { read("k.json", text); }), "k.json: expected a 3x3 matrix at K or camera_matrix"));
+  }
+  CHECK(Has(ErrorOf([&] { read("k.json", "{\"K\": "); }), "k.json: no JSON"));
+}
+
 TEST_CASE("COLMAP's cameras go to the images of their names, one alone to all") {
   TemporaryFolder folder;
   GivenCalibration given;
@@ -65,6 +123,16 @@ TEST_CASE("COLMAP's cameras go to the images of their names, one alone to all") 
     CHECK(cameras.Of(1, kHigh)->K(0, 0) == 600.0);
     CHECK(Has(ErrorOf([&] { cameras.Of(1, kWide); }), "photos/b.jpg: is 640x480, but its camera is for 480x640"));
   }
+  WriteRaw(folder / "cameras.txt", "1 simple_radial 640 480 500 320 240 -0.1\n7 PINHOLE 480 640 600 600 240 320\n");
+  CHECK(Has(ErrorOf([&] { ImageCameras(given, kPaths).Of(0, kWide); }),
+            "photos/a.jpg: " + folder / "cameras.txt" +
+                ":1: the camera model simple_radial is not supported: SIMPLE_RADIAL"));
+  WriteRaw(folder / "cameras.txt", "1 SIMPLE_RADIAL 640 480 500 320 240 -0.1\n7 pinhole 480 640 600 600 240 320\n");
+  WriteRaw(folder / "images.txt", "1 1 0 0 0 0 0 0 7 photos/b.jpg\n\n");
+  CHECK(Has(ErrorOf([&] { ImageCameras(given, kPaths); }), "pinhole is not supported: PINHOLE is the nearest"));
+  const std::string good = "1 SIMPLE_RADIAL 640 480 500 320 240 -0.1\n7 PINHOLE 480 640 600 600 240 320\n";
+  WriteRaw(folder / "cameras.txt", good);
+  WriteRaw(folder / "images.txt", "1 1 0 0 0 0 0 0 7 photos/b.jpg\n\n2 1 0 0 0 0 0 0 1 a.jpg\n\n");
   const ImageCameras other(given, {"photos/c.jpg", "b.jpg"});
   CHECK(Has(ErrorOf([&] { other.Of(0, kWide); }), "photos/c.jpg: "));
   // Another folder's image of the same name is another one.

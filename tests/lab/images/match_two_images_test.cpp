@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
 #include "core/temporary_folder.h"
@@ -49,6 +50,19 @@ TEST_CASE("two images are matched as pairs are, whatever folders they are in") {
   const Eigen::VectorXd distances = TruthDistances(pair.problem, truth);
   CHECK((distances.array() <= 1.0).count() > 0.6 * static_cast<double>(distances.size()));
   CHECK_FALSE(MatchTwoImages(views.first, views.second, {}, {}).pair.problem.cameras);
+}
+
+TEST_CASE("equal names in two folders are told apart") {
+  const TwoViews views;
+  const auto in = [&](const std::string& name) {
+    const std::string path = views.folder.File(name);
+    std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+    std::filesystem::copy_file(views.first, path);
+    return path;
+  };
+  const std::string a = in("a/in/1.png"), b = in("b/in/1.png"), other = in("a/in/1.jpg");
+  CHECK(MatchTwoImages(a, b, {}, {}).pair.id == "a_in_1-b_in_1");
+  CHECK(MatchTwoImages(a, other, {}, {}).pair.id == "1_1-1_2");
 }
 
 TEST_CASE("without a calibration the focal lengths of EXIF data are hints") {
