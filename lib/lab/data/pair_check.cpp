@@ -21,12 +21,6 @@ double ChanceShare(const PointMatrix& points, double distance, bool line) {
   return std::isfinite(share) ? std::min(share, 1.0) : 0.0;
 }
 
-bool HasTruth(Example pair, const PairsOptions& options) {
-  if (options.dominant_plane || options.structures || !pair.truth.assignment.empty()) return true;
-  SetTask(options.task, options.inlier_threshold_px, &pair);
-  return pair.truth.model.size() > 0 || pair.truth.pose.has_value() || !pair.truth.inliers.empty();
-}
-
 std::string Of(std::int64_t count, std::int64_t all) { return std::to_string(count) + " of " + std::to_string(all); }
 
 }  // namespace
@@ -39,7 +33,6 @@ void PairCheck::Add(const Example& pair) {
     // Rounded from single precision.
     bad_ratios_ += (pair.problem.match_ratio.array() < 0.0 || pair.problem.match_ratio.array() > 1.0 + 1e-6).count();
   }
-  without_truth_ += !HasTruth(pair, options_);
   without_baseline_ += truth.motion && truth.motion->translation.norm() < 1e-9 && options_.task != Task::kHomography;
   if (truth.assignment.empty() && pair.problem.points.rows() > 0) AddNear(pair);
 }
@@ -63,9 +56,6 @@ void PairCheck::AddNear(const Example& pair) {
 void PairCheck::Tell(const std::string& folder) const {
   if (bad_ratios_ > 0)
     throw Error(folder + "/match_conf.h5: " + Of(bad_ratios_, ratios_) + " ratios are not in [0, 1]");
-  if (without_truth_ > 0 && without_truth_ == pairs_)
-    WarnOnce(folder + ": no truth of task " + ToString(options_.task) +
-             " (R.h5 and T.h5, Egt.h5, Fgt.h5, Hgt.h5 or labels.h5): errors are not measured");
   if (without_baseline_ > 0)
     WarnOnce(folder + "/T.h5: " + Of(without_baseline_, pairs_) +
              " pairs have no baseline: no direction of t is right there, and any counts as 0 degrees off");
@@ -78,6 +68,20 @@ void PairCheck::Tell(const std::string& folder) const {
              " may be of another convention (transposed, inverted), or of " + "other images");
   else if (5 * without_right_ > measured_)
     WarnOnce(folder + ": " + Of(without_right_, measured_) + " pairs have no match" + near);
+}
+
+void WarnOfMissingTruth(const Dataset& dataset) {
+  constexpr int kLookedAt = 16;
+  if (dataset.size() <= 0 || !IsTwoView(dataset.task())) return;
+  for (const std::int64_t i : EvenlySpread(dataset.size(), kLookedAt)) {
+    const Example pair = dataset.Get(static_cast<std::uint64_t>(i));
+    const GroundTruth& truth = pair.truth;
+    const std::string folder = dataset.FolderOf(pair.scene);
+    if (folder.empty() || truth.model.size() > 0 || truth.pose || !truth.inliers.empty() || !truth.structures.empty())
+      continue;
+    WarnOnce(folder + ": no truth of task " + ToString(dataset.task()) +
+             " (R.h5 and T.h5, Egt.h5, Fgt.h5, Hgt.h5 or labels.h5): errors are not measured");
+  }
 }
 
 }  // namespace diffsac

@@ -17,17 +17,20 @@ class PairCheck {
   void Add(const Example& pair);
 
   /// Warns, once for a folder: no more matches near the truth than chance has there, or no right match in many pairs;
-  /// no truth; pairs without baseline. Throws Error for ratios outside [0, 1].
+  /// pairs without baseline. Throws Error for ratios outside [0, 1].
   void Tell(const std::string& folder) const;
 
  private:
   void AddNear(const Example& pair);
 
   PairsOptions options_;
-  int pairs_ = 0, without_truth_ = 0, without_baseline_ = 0, measured_ = 0, without_right_ = 0;
+  int pairs_ = 0, without_baseline_ = 0, measured_ = 0, without_right_ = 0;
   std::int64_t ratios_ = 0, bad_ratios_ = 0, matches_ = 0, near_ = 0;
   double by_chance_ = 0.0;
   std::string files_;  // Of the truth.
 };
+
+/// Warns, once for a folder, of pairs of files whose model, pose and inliers are all unknown: nothing can be measured.
+void WarnOfMissingTruth(const Dataset& dataset);
 
 }  // namespace diffsac

@@ -18,6 +18,7 @@
 #include "lab/config/process.h"
 #include "lab/config/progress.h"
 #include "lab/config/run_directory.h"
+#include "lab/data/pair_check.h"
 #include "lab/data/point_files.h"
 #include "lab/eval/digest.h"
 #include "lab/eval/merge.h"
@@ -448,6 +449,7 @@ ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunIn
   results.git_revision = GitRevision();
   results.machine = MachineText();
   const auto datasets = MakeDatasets(experiment);
+  for (const auto& dataset : datasets) WarnOfMissingTruth(*dataset);
   const Rows methods = MakeRows(experiment, inputs.make_row);
   const Config& data = experiment.conditions.front().data;
   if (data.Has("type")) results.dataset = data.Text("type");

@@ -16,6 +16,7 @@
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
 #include "lab/data/example_test_util.h"
+#include "lab/data/pair_check.h"
 #include "lab/data/synthetic_two_view.h"
 #include "lab/data/two_view_test_util.h"
 #include "lab/files/files.h"
@@ -185,7 +186,6 @@ TEST_CASE("transposed rotations are told of") {
     for (const auto& [a, b] : {std::pair(1, 3), std::pair(2, 6), std::pair(5, 7)}) std::swap((*R)[a], (*R)[b]);
   });
   CHECK(Has(broken.Said(), "scene: of 150 matches "));
-  CHECK(Has(broken.Said("homography"), "no truth of task homography"));
 }
 
 TEST_CASE("matches that are all wrong are told of") {
@@ -206,7 +206,9 @@ TEST_CASE("a scene without truth or baseline is told of") {
   ChangeNumbers(broken.File("T.h5"), kImages, [](std::vector<double>* T) { T->assign(3, 0.0); });
   CHECK(Has(broken.Said(), "scene/T.h5: 3 of 3 pairs have no baseline"));
   broken.Remove({"R.h5", "T.h5", "Egt.h5", "Fgt.h5"});
-  CHECK(Has(broken.Said("fundamental"), "scene: no truth of task fundamental (R.h5 and T.h5, "));
+  const auto dataset = MakeDataset(ConfigFromYaml("{type: correspondences, paths: ['" + broken.scene + "']}"), 1);
+  CHECK(
+      Has(CapturedLog([&] { WarnOfMissingTruth(*dataset); }), "scene: no truth of task fundamental (R.h5 and T.h5, "));
 }
 
 TEST_CASE("the same folder twice is an error") {
