@@ -101,7 +101,7 @@ struct Matches {
   Eigen::Matrix<double, Eigen::Dynamic, 2> points2;  ///< N × 2, in pixels; row i matches row i of `points1`.
   Eigen::VectorXd match_ratios = {};  ///< N: nearest to second-nearest descriptor distance, from 0 to 1, lower is
                                       ///< better; empty: unknown.
-  ImageSize size1 = {};               ///< In pixels; {}: unknown. It helps F. Error: a tenth of points1 is outside.
+  ImageSize size1 = {};               ///< In pixels; {}: unknown. It helps F. Error: 15 % of points1 are outside.
   ImageSize size2 = {};               ///< As `size1`.
   /// N × 2: the logarithm of size2 / size1 of the keypoints and angle2 − angle1 in radians (OpenCV's KeyPoint::size,
   /// and KeyPoint::angle · π / 180); empty: unknown. Essential and fundamental matrices gain by them: networks read

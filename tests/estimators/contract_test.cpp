@@ -43,7 +43,11 @@ void CheckSameModels(const Answer& answer, const Answer& expected) {
 
 /// Of a range that is about the function's own.
 PointMatrix RandomRows(const PublicFunction& function, int count, std::uint64_t seed) {
-  const Eigen::RowVectorXd low = function.points.colwise().minCoeff(), high = function.points.colwise().maxCoeff();
+  Eigen::RowVectorXd low = function.points.colwise().minCoeff(), high = function.points.colwise().maxCoeff();
+  if (low.size() == 4) {  // Of two images, or of one, whose size is given.
+    low = low.cwiseMax(0.0);
+    high = high.cwiseMin(Eigen::RowVector4d(640.0, 480.0, 640.0, 480.0));
+  }
   Rng rng(seed);
   PointMatrix rows(count, function.points.cols());
   for (Eigen::Index i = 0; i < rows.rows(); ++i)
@@ -299,11 +303,11 @@ TEST_CASE("points outside the given size are an error") {
   CHECK(Has(ErrorOf([&] { EstimateHomography(matches); }), "size1: expected (width, height)"));
   // A few stray ones are none.
   matches.points1 = tall;
-  matches.points1.topRows(5).array() = 5000.0;
-  matches.points1.row(5).setConstant(kNan);
+  matches.points1.topRows(7).array() = 5000.0;
+  matches.points1.row(7).setConstant(kNan);
   CHECK(ErrorOf([&] { EstimateFundamental(matches); }).empty());
-  matches.points1.row(6).setConstant(5000.0);
-  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "6 of 49 points are outside, first row 0 at (5000, 5000)"));
+  matches.points1.row(8).setConstant(5000.0);
+  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "8 of 49 points are outside, first row 0 at (5000, 5000)"));
 }
 
 TEST_CASE("sizes, principal points and similarities that make no sense are an error") {

@@ -58,9 +58,9 @@ TEST_CASE("matches of points behind the cameras are no inliers") {
 
 TEST_CASE("nor of a pose whose focal length is estimated") {
   for (int i = 0; i < 10; ++i) {
-    Matches matches = Views(i, 240, 40);
-    matches.size1 = matches.size2 = {1001, 801};
+    const Matches matches = Views(i, 240, 40);
     FocalOptions options;
+    options.principal_point1 = options.principal_point2 = Eigen::Vector2d(500.0, 400.0);
     options.prior = FocalPrior{900.0, 0.05};
     for (const auto& estimate : {EstimateSharedFocal(matches, options), EstimateOneFocal(matches, kCamera, options)}) {
       CAPTURE(i);

@@ -12,7 +12,7 @@ using ImagePoints = Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 2>>;
 
 struct Outside {
   Eigen::Index count = 0, finite = 0, first = -1;
-  bool TooMany() const { return count > 2 && 10 * count > finite; }
+  bool TooMany() const { return count > 2 && 20 * count > 3 * finite; }
 };
 
 Outside OutsideOf(const ImageSize& size, const ImagePoints& points) {

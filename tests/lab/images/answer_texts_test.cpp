@@ -176,9 +176,10 @@ TEST_CASE("the JSON has the images, the method, the seed, K and the matches, no 
   for (int c = 0; c < 4; ++c)
     CHECK(json.at("correspondences")[3][c].get<double>() == Approx(problem.points(3, c)).margin(1e-4));
   CHECK(json.at("principal_point2") == nlohmann::json({problem.cameras->K2(0, 2), problem.cameras->K2(1, 2)}));
-  CHECK(json.at("size1").is_null());
+  CHECK(json.at("size1") == nlohmann::json({1000, 800}));
   Answered focals = AnsweredPair(TaskFromString("two_focals"), 60);
   focals.pair.problem.cameras.reset();
+  focals.pair.problem.size1 = {};
   focals.pair.problem.size2 = {640, 480};
   const auto sized = nlohmann::json::parse(PairJson(focals.pair, focals.estimate, {}, run));
   CHECK(sized.at("size2") == nlohmann::json({640, 480}));

@@ -61,7 +61,7 @@ TEST_CASE("a folder of matches is a folder of pairs, bad files are left out, and
   WriteFileAtomically(folder.File("bad.txt"), "1 2 3\n");
   WriteFileAtomically(folder.File("notes.md"), "no matches");
   REQUIRE(AreManyMatches(folder.path()));
-  const GivenPairs given = ReadManyMatches({folder.path(), {{320, 240}}}, kCalibration, true);
+  const GivenPairs given = ReadManyMatches({folder.path(), {{320, 300}}}, kCalibration, true);
   REQUIRE(given.set.pairs.size() == 3);
   CHECK(given.set.pairs[0].id == "a-b");
   CHECK(given.set.pairs[0].image2 == "b");
