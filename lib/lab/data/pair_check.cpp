@@ -1,8 +1,6 @@
 #include "lab/data/pair_check.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "diffsac/core/config_tree.h"
 #include "diffsac/core/status.h"
@@ -11,15 +9,6 @@
 
 namespace diffsac {
 namespace {
-
-/// The share of matches at random that lie so near: about an epipolar line, or about a point.
-double ChanceShare(const PointMatrix& points, double distance, bool line) {
-  const Eigen::RowVector2d sides =
-      points.rightCols<2>().colwise().maxCoeff() - points.rightCols<2>().colwise().minCoeff();
-  const double share =
-      line ? 2.0 * distance / sides.minCoeff() : std::numbers::pi * distance * distance / (sides[0] * sides[1]);
-  return std::isfinite(share) ? std::min(share, 1.0) : 0.0;
-}
 
 std::string Of(std::int64_t count, std::int64_t all) { return std::to_string(count) + " of " + std::to_string(all); }
 
@@ -48,8 +37,6 @@ void PairCheck::AddNear(const Example& pair) {
   without_right_ += near == 0;
   near_ += near;
   matches_ += distances.size();
-  by_chance_ += static_cast<double>(distances.size()) *
-                ChanceShare(pair.problem.points, options_.inlier_threshold_px, !pair.truth.homography);
   files_ = pair.truth.homography ? "Hgt.h5" : pair.truth.motion ? "R.h5, T.h5 or K1_K2.h5" : "Fgt.h5, or Egt.h5,";
 }
 
@@ -59,13 +46,14 @@ void PairCheck::Tell(const std::string& folder) const {
   if (without_baseline_ > 0)
     WarnOnce(folder + "/T.h5: " + Of(without_baseline_, pairs_) +
              " pairs have no baseline: no direction of t is right there, and any counts as 0 degrees off");
-  // Four times chance is less than any data has that somebody could learn from.
-  constexpr double kTimesChance = 4.0;
+  // Fewer than any data has that somebody could learn from: chance alone gives about half a per cent, a truth that is
+  // transposed up to 3.
+  constexpr double kLeastShare = 0.03, kLeastOfPoints = 0.01;
   const std::string near = " within " + DoubleText(options_.inlier_threshold_px) + " px of the truth";
-  if (measured_ > 0 && static_cast<double>(near_) < kTimesChance * by_chance_)
-    WarnOnce(folder + ": of " + std::to_string(matches_) + " matches " + std::to_string(near_) + " are" + near +
-             ", about as many as by chance: " + files_ +
-             " may be of another convention (transposed, inverted), or of " + "other images");
+  const double share = static_cast<double>(near_) / static_cast<double>(std::max<std::int64_t>(matches_, 1));
+  if (matches_ > 0 && share < (options_.task == Task::kHomography ? kLeastOfPoints : kLeastShare))
+    WarnOnce(folder + ": of " + std::to_string(matches_) + " matches " + std::to_string(near_) + " are" + near + ": " +
+             files_ + " may be of another convention (transposed, inverted), or of other images");
   else if (5 * without_right_ > measured_)
     WarnOnce(folder + ": " + Of(without_right_, measured_) + " pairs have no match" + near);
 }

@@ -16,7 +16,7 @@ class PairCheck {
   /// A pair of no task yet.
   void Add(const Example& pair);
 
-  /// Warns, once for a folder: no more matches near the truth than chance has there, or no right match in many pairs;
+  /// Warns, once for a folder: hardly any matches near the truth, or no right match in many pairs;
   /// pairs without baseline. Throws Error for ratios outside [0, 1].
   void Tell(const std::string& folder) const;
 
@@ -26,7 +26,6 @@ class PairCheck {
   PairsOptions options_;
   int pairs_ = 0, without_baseline_ = 0, measured_ = 0, without_right_ = 0;
   std::int64_t ratios_ = 0, bad_ratios_ = 0, matches_ = 0, near_ = 0;
-  double by_chance_ = 0.0;
   std::string files_;  // Of the truth.
 };
 

@@ -198,7 +198,7 @@ TEST_CASE("matches that are all wrong are told of") {
                        points->begin() + static_cast<std::ptrdiff_t>(i) + 2,
                        points->begin() + static_cast<std::ptrdiff_t>(i) + 4);
   });
-  CHECK(Has(broken.Said(), "about as many as by chance: R.h5, T.h5 or K1_K2.h5 may be of another convention"));
+  CHECK(Has(broken.Said(), " px of the truth: R.h5, T.h5 or K1_K2.h5 may be of another convention"));
 }
 
 TEST_CASE("a scene without truth or baseline is told of") {
