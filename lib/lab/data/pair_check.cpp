@@ -22,8 +22,10 @@ void PairCheck::Add(const Example& pair) {
     // Rounded from single precision.
     bad_ratios_ += (pair.problem.match_ratio.array() < 0.0 || pair.problem.match_ratio.array() > 1.0 + 1e-6).count();
   }
-  without_baseline_ += truth.motion && truth.motion->translation.norm() < 1e-9 && options_.task != Task::kHomography;
-  if (truth.assignment.empty() && pair.problem.points.rows() > 0) AddNear(pair);
+  const bool turn = truth.motion && truth.motion->translation.norm() < 1e-9 && options_.task != Task::kHomography;
+  without_baseline_ += turn;
+  // Nothing is near the lines of a turn, which has none.
+  if (truth.assignment.empty() && pair.problem.points.rows() > 0 && !turn) AddNear(pair);
 }
 
 void PairCheck::AddNear(const Example& pair) {
