@@ -93,6 +93,7 @@ expect_error 'bad_score\.csv: match 2: expected a score in \[0, 1\], found 7' pa
 expect_error 'bad\.txt:2: expected a number' pair --from-matches "$own/bad.txt" --task homography
 expect_error 'few\.txt:1: expected 4 to 8 columns, found 3' pair --from-matches "$own/few.txt" --task homography
 expect_error 'needs the two images' pair --from-matches "$own/m.txt" --picture "$own/p.png"
+run_expecting 0 pair --from-matches "$own/m.txt" --task homography --picture ""
 expect_error 'give --sizes, or --center' pair --from-matches "$own/m.txt" --focal 300
 expect_error 'images. middles: give --sizes' pair --from-matches "$own/m.txt"
 expect_error 'expected sizes such as 640x480' pair --from-matches "$own/m.txt" --sizes 640
@@ -159,7 +160,12 @@ expect_error 'mine\.png. is there already' pair "$own/a.pgm" "$own/b.pgm" --pict
 cmp -s "$own/a.pgm" "$own/first.pgm" || fail "a photograph was written over"
 expect_error 'needs --calibration' pair "$own/a.pgm" "$own/b.pgm" --task essential
 expect_error 'takes no --calibration' pair "$own/a.pgm" "$own/b.pgm" --task shared_focal --focal 300 --center 100,75
-expect_error 'positive --focal' pair "$own/a.pgm" "$own/b.pgm" --focal 0 --center 100,75
+expect_error '--focal: expected a number above 0' pair "$own/a.pgm" "$own/b.pgm" --focal 0 --center 100,75
+expect_error '--seed: expected a number from 0 on' pair "$own/a.pgm" "$own/b.pgm" --seed -1
+expect_error 'a focal length of 15 pixels would see' pair "$own/a.pgm" "$own/b.pgm" --focal 15
+expect_error "did you mean '--focal'" pair "$own/a.pgm" "$own/b.pgm" --focl 300
+expect_error 'methods.prosac_marginalised.consensus.max_iterations' pair "$own/a.pgm" "$own/b.pgm" --task homography \
+  --set consensus.max_iterations=50
 expect_error 'no such row; there are prosac_marginalised' pair "$own/a.pgm" "$own/b.pgm" --method shiped
 expect_error 'images' pair "$own/a.pgm"
 expect_error 'task' pair "$own/a.pgm" "$own/b.pgm" --task line

@@ -13,6 +13,13 @@ grep -q 'photos: 3 pairs: 3 are sure' "$own/out" || { cat "$own/out" >&2; fail "
 grep -q '3 images belong together: v-0.pgm, v-1.pgm, v-2.pgm' "$own/out" || fail "does not say which images belong together"
 tail -1 "$own/out" | grep -q "colmap mapper --database_path pairs/database.db --image_path $photos" || fail "no last line"
 [[ ! -e "$out/.keypoints" ]] || fail "keypoints are left behind"
+grep -q 'Cameras and verdicts' "$out/report.html" || fail "no verdicts in the report"
+# A shell takes the mapper's line as it is printed.
+mkdir "$own/of ours"
+cp "$photos"/v-[01].pgm "$own/of ours"
+run_expecting 0 pair "$own/of ours" --output "$own/my pairs" --task homography
+(line=$(tail -1 "$own/out"); eval "set -- ${line#*&& }"; [[ $4 == "$own/my pairs/database.db" && $6 == "$own/of ours" ]]) ||
+  { cat "$own/out" >&2; fail "the mapper's line is not for a shell"; }
 # Every pair is what the two images alone give.
 run_expecting 0 pair "$photos/v-0.pgm" "$photos/v-2.pgm" --task homography --threads 1 --picture "" --json "$own/two.json"
 python3 - "$out/poses.csv" "$own/two.json" <<'END' || fail "a pair of the folder is not what two images give"
@@ -86,6 +93,7 @@ grep -q 'interrupted: .*the same command goes on' "$own/err" || { cat "$own/err"
 expect_file "$own/slow/.keypoints/v_100.bin"
 printf 'v-100.pgm v-101.pgm\nv-102.pgm v-101.pgm\n' >"$own/many/few.txt"
 run_expecting 0 pair "$own/many" --list "$own/many/few.txt" --output "$own/slow" --task homography --threads 1
+grep -q 'keypoints: [0-2] of 3 images are left' "$own/err" || { cat "$own/err" >&2; fail "does not say what is left"; }
 (($(wc -l <"$own/slow/poses.csv") == 3)) || fail "not the two pairs"
 [[ ! -e "$own/slow/.keypoints" ]] || fail "keypoints are left behind"
 
