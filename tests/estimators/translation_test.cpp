@@ -127,7 +127,12 @@ TEST_CASE("a camera that moved has a translation, at a hundredth of the scene's 
     CHECK(Told({60, noise, 0.05, 5.0, 0.3}, Translation::kDetermined, 10, Essentials) == 10);
     CHECK(Told({300, noise, 0.05, 5.0, 0.3}, Translation::kDetermined, 5, Fundamentals) == 5);
     CHECK(Told({300, noise, 0.05, 5.0, 0.3}, Translation::kDetermined, 5, SharedFocals) == 5);
-    CHECK(Told({300, noise, 0.05, 5.0, 0.3, true}, Translation::kDetermined, 5, Essentials) == 5);
+    for (int seed = 0; seed < 5; ++seed) {
+      // Of a plane's two motions the wrong one may leave points behind the camera: then there is no verdict.
+      const TwoViewEstimate of_plane = Essentials(Make({300, noise, 0.05, 5.0, 0.3, true}, seed));
+      CAPTURE(noise, seed, of_plane.share_behind);
+      CHECK((of_plane.translation == Translation::kDetermined || of_plane.share_behind > kMostBehind));
+    }
   }
 }
 

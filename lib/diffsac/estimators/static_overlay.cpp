@@ -6,6 +6,12 @@
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
+namespace {
+
+/// A scene has at least one match for so many of an overlay. Fewer are wrong matches of an image with itself.
+constexpr int kMostStill = 20;
+
+}  // namespace
 
 std::vector<int> RowsFartherThan(const Problem& problem, double reach) {
   std::vector<int> rows;
@@ -31,7 +37,9 @@ void PreferMoving(const std::vector<int>& rows, Estimate moving, Estimate* whole
   if (moving.status != Status::kOk || moving.MayBeChance()) return;
   const auto of_whole = std::count_if(rows.begin(), rows.end(), [&](int row) { return whole->inliers[row] != 0; });
   const auto of_moving = std::count(moving.inliers.begin(), moving.inliers.end(), 1);
-  if (of_moving < kLeastMoving || 2 * of_moving < 3 * of_whole) return;
+  const auto still =
+      std::count_if(whole->inliers.begin(), whole->inliers.end(), [](auto in) { return in != 0; }) - of_whole;
+  if (of_moving < kLeastMoving || 2 * of_moving < 3 * of_whole || kMostStill * of_moving < still) return;
   const auto spread = [&](const auto& values, auto all) {
     for (std::size_t i = 0; i < values.size(); ++i) all[rows[i]] = values[i];
     return all;

@@ -46,22 +46,32 @@ class Evidence {
 
   bool IsParallax() const {
     double sum = 0.0;
-    for (const auto& [octave, rows] : Octaves())
-      sum += std::max(0.0, LogRatio(rows, [](double ratio, Eigen::Index) { return ratio; }) - kFreedom);
+    for (const auto& [octave, rows] : Octaves(sigma_)) {
+      const std::vector<double> ratios = RatiosOf(rows);
+      const double share = ShareOf(ratios);
+      double log = 0.0;
+      for (const double ratio : ratios) log += std::log(1.0 - share + share * ratio);
+      sum += std::max(0.0, log - kFreedom);
+    }
     return sum > needed_;
   }
 
   /// The same where most matches are noise about the map: what is left of them, compression's errors or another window
   /// of a façade, may prefer the lines' direction, but only parallax prefers one sense of it (`along`, N values).
-  bool IsOneSided(const Eigen::VectorXd& along) const {
+  /// exact: keypoints of one place or size may all be off by so much, to one side.
+  bool IsOneSided(const Eigen::VectorXd& along, double exact) const {
     double sums[2] = {0.0, 0.0};
-    for (const auto& [octave, rows] : Octaves()) {
-      const double either = LogRatio(rows, [](double ratio, Eigen::Index) { return ratio; });
-      for (const int side : {0, 1}) {
-        const double one = LogRatio(
-            rows, [&](double ratio, Eigen::Index i) { return (along[i] > 0.0) == (side == 0) ? 2.0 * ratio : 0.0; });
-        sums[side] += std::max(0.0, one - either - kFreedom);
-      }
+    for (const auto& [octave, rows] : Octaves(exact)) {
+      const std::vector<double> ratios = RatiosOf(rows);
+      const double share = ShareOf(ratios);
+      double counts[2] = {0.0, 0.0};
+      for (std::size_t i = 0; i < rows.size(); ++i)
+        counts[along[rows[i]] > 0.0 ? 0 : 1] += share * ratios[i] / (1.0 - share + share * ratios[i]);
+      const double all = counts[0] + counts[1];
+      double log = 0.0;
+      for (const double count : counts)
+        if (count > 0.0) log += count * std::log(2.0 * count / all);
+      sums[counts[0] > counts[1] ? 0 : 1] += std::max(0.0, log - kFreedom);
     }
     return std::max(sums[0], sums[1]) - std::log(2.0) > needed_;
   }
@@ -72,10 +82,10 @@ class Evidence {
   static constexpr double kFreedom = 1.0;  ///< What the best share of an octave explains by chance.
 
   /// Matches by the octave of their distance to the map. Wrong ones lie anywhere, right ones as far as their parallax.
-  std::map<int, Rows> Octaves() const {
+  std::map<int, Rows> Octaves(double least) const {
     std::map<int, Rows> octaves;
     for (Eigen::Index i = 0; i < to_map_.size(); ++i)
-      if (to_map_[i] > sigma_) octaves[std::ilogb(to_map_[i] / sigma_)].push_back(i);
+      if (to_map_[i] > std::max(least, sigma_)) octaves[std::ilogb(to_map_[i] / sigma_)].push_back(i);
     return octaves;
   }
 
@@ -98,22 +108,22 @@ class Evidence {
     return (1.0 - kTail) * noise / any + kTail;
   }
 
-  /// The log likelihood ratio of the best share of matches that have parallax (expectation maximisation). of: its
-  /// ratio for a match, given Ratio's.
-  template <class Function>
-  double LogRatio(const Rows& rows, const Function& of) const {
-    constexpr int kRounds = 30;
+  std::vector<double> RatiosOf(const Rows& rows) const {
     std::vector<double> ratios;
-    for (const Eigen::Index i : rows) ratios.push_back(of(Ratio(i), i));
+    for (const Eigen::Index i : rows) ratios.push_back(Ratio(i));
+    return ratios;
+  }
+
+  /// The likeliest share of matches that have parallax (expectation maximisation).
+  static double ShareOf(const std::vector<double>& ratios) {
+    constexpr int kRounds = 30;
     double share = 0.5;
     for (int round = 0; round < kRounds; ++round) {
       double sum = 0.0;
       for (const double ratio : ratios) sum += share * ratio / (1.0 - share + share * ratio);
       share = sum / static_cast<double>(ratios.size());
     }
-    double sum = 0.0;
-    for (const double ratio : ratios) sum += std::log(1.0 - share + share * ratio);
-    return sum;
+    return share;
   }
 
   const Eigen::VectorXd &to_map_, &to_lines_;
@@ -134,11 +144,13 @@ bool IsStatic(const PointMatrix& rows, const Eigen::Matrix3d& map, int freedom, 
   return of_identity <= of_map * (1.0 + std::max(kLeastShare, kMostDeviation * freedom / (2.0 * near.sum())));
 }
 
-/// Whether most of these matches are as near to the map as keypoints are exact, whose errors go together.
-bool Dominates(const Eigen::Matrix3d& map, const PointMatrix& rows, double least, double greatest) {
-  constexpr double kExact = 6e-4, kMost = 0.75;
+/// Keypoints of photographs are as exact, of the extent of the points: a pixel in 1600. Their errors go together.
+constexpr double kExact = 6e-4;
+
+/// Whether a share of these matches, `most`, is as near to the map as keypoints are exact.
+bool Dominates(const Eigen::Matrix3d& map, const PointMatrix& rows, double most, double least, double greatest) {
   const auto near = (MapDistances(map, rows, least, greatest).array() <= kExact * greatest).count();
-  return static_cast<double>(near) >= kMost * static_cast<double>(rows.rows());
+  return static_cast<double>(near) >= most * static_cast<double>(rows.rows());
 }
 
 /// How far each match is from the map in the direction of the epipole of the model.
@@ -172,15 +184,20 @@ ParallaxTest TestAll(const PointMatrix& points, const Matrix3Parameters& model,
   const Eigen::VectorXd to_lines = RowResiduals<Fundamental>(points, model);
   test.translation = Translation::kDetermined;
   const Eigen::Matrix3d still = Eigen::Matrix3d::Identity();
-  const bool is_still = Dominates(still, rows, least, greatest);
-  if (is_still) map = still;
+  constexpr double kMost = 0.75, kAll = 0.9;
+  const bool is_still = Dominates(still, rows, kMost, least, greatest);
   const Eigen::VectorXd to_map = MapDistances(map, points, least, greatest);
   const Evidence found(to_map, to_lines, inliers, compared.parameters, least, chance);
-  const bool sided = is_still || (compared.without == Translation::kTurn && Dominates(map, rows, least, greatest));
-  if (sided ? found.IsOneSided(TowardsEpipole(map, points, model)) : found.IsParallax()) return test;
+  const bool sided =
+      is_still || (compared.without == Translation::kTurn && Dominates(map, rows, kMost, least, greatest));
+  // Without a calibration a few matches have an epipole whatever they are.
+  const bool is_again = compared.without == Translation::kPlane && Dominates(still, rows, kAll, least, greatest);
+  if (!is_again &&
+      (sided ? found.IsOneSided(TowardsEpipole(map, points, model), kExact * greatest) : found.IsParallax()))
+    return test;
   const bool is_static = is_still || IsStatic(rows, map, compared.freedom, found.sigma(), least, greatest);
   test.translation = is_static ? Translation::kStatic : compared.without;
-  test.turn = map;
+  test.turn = is_static ? still : map;
   return test;
 }
 
