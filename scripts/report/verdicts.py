@@ -9,20 +9,29 @@ import math
 import os
 import sys
 
+import pandas as pd
+
 from files import run_script, write_whole
 from runs import Run
 from tables import UNKNOWN, Table, markdown_table
 
 RIGHT, NEARLY = 5.0, 10.0  # Degrees.
 UNDETERMINED = ("turn in place", "static", "plane", "line")
-VERDICTS = ("determined", *UNDETERMINED, "may be chance", "ambiguous", "not tested", "failed")
+LIKELY_WRONG = 0.5  # kLikelyWrong of estimators/robust_estimator.h.
+VERDICTS = ("determined", "may be wrong", *UNDETERMINED, "may be chance", "ambiguous", "not tested", "failed")
 NEEDED = ("angle_deg", "pose_deg", "translation", "has_other_pose")
 
 
+def errors_of(problems):
+    """error_probability; where there is none, as of others' estimators, NaN."""
+    return problems["error_probability"] if "error_probability" in problems else problems["pose_deg"] * float("nan")
+
+
 def verdicts_of(problems):
-    """One of VERDICTS for each problem; the first that holds of failed, may be chance, what is said of t, ambiguous."""
+    """One of VERDICTS for each problem; the first that holds of failed, may be chance, may be wrong, ambiguous, what is said of t."""
     verdict = problems["translation"].str.replace("_", " ")
     verdict = verdict.mask((verdict == "determined") & (problems["has_other_pose"] == 1), "ambiguous")
+    verdict = verdict.mask((verdict == "determined") & (errors_of(problems) > LIKELY_WRONG), "may be wrong")
     verdict = verdict.mask(problems["log_false_alarms"] > 0, "may be chance")
     return verdict.mask((problems["status"] != "ok") | (problems["failed"] == 1), "failed")
 
@@ -48,6 +57,25 @@ def shares(cell):
     unwarned = off & cell["verdict"].isin(("determined", "not tested"))  # Of right models too: a t of the wrong sign, or where there is none.
     wrong = (cell["angle_deg"] > NEARLY) | unwarned
     return (int(taken_back.sum()), int(right.sum())), (int(unwarned.sum()), int(wrong.sum()))
+
+
+def warning_table(cells):
+    """How many wrong models (> 10 degrees) a warning at some error_probability tells, by how often it is given falsely."""
+    table = Table("", ["row", "area under the curve", *(f"wrong ones told at {rate} % false warnings" for rate in (5, 15)),
+                       f"told above {LIKELY_WRONG:g}", "falsely"])
+    for label, cell in cells.items():
+        known = cell[errors_of(cell).notna()]
+        wrong, said = known["angle_deg"] > NEARLY, errors_of(known)
+        if not wrong.any() or wrong.all():
+            continue
+        ranks = said.rank()
+        count = wrong.sum()
+        area = (ranks[wrong].sum() - count * (count + 1) / 2) / (count * (~wrong).sum())
+        told = [share_text(int((said[wrong] > said[~wrong].quantile(1 - rate)).sum()), int(count)) for rate in (0.05, 0.15)]
+        above = said > LIKELY_WRONG
+        table.add([label, f"{area:.3f}", *told, share_text(int(above[wrong].sum()), int(count)),
+                   share_text(int(above[~wrong].sum()), int((~wrong).sum()))])
+    return table
 
 
 def verdict_table(cell):
@@ -80,9 +108,11 @@ def cells_of(run, methods):
 
 def page(runs, methods):
     summary = Table("", ["run", "task", "condition", "row", "right poses taken back", "wrong poses without warning"])
-    parts = []
+    parts, cells = [], {}
     for run in runs:
         for names, cell in cells_of(run, methods):
+            for label in ("all", f"{names[1]}: {names[0]}, {names[2]}, {names[3]}"):
+                cells[label] = pd.concat([cells[label], cell]) if label in cells else cell
             summary.add(names + [share_text(*share) for share in shares(cell)])
             parts.append(f"## {names[1]}: {names[0]}, {names[2]}, {names[3]}\n\n{markdown_table(verdict_table(cell))}")
     if not parts:
@@ -90,7 +120,9 @@ def page(runs, methods):
     return (f"# Verdict × truth\n\nA model is right if it is off by at most {RIGHT:g}°, nearly right up to {NEARLY:g}° (the larger of R and t, t of either sign). "
             f"A right pose is taken back where the verdict leaves t open and the pose that is given is off by more than {NEARLY:g}°. A wrong pose has no "
             "warning where the verdict is `determined`, or the row has none (`not tested`). Brackets: 95 % intervals (Wilson), in which several seeds of a problem count as so many problems.\n\n"
-            + markdown_table(summary) + "\n" + "\n".join(parts))
+            + markdown_table(summary) + "\n## How far can wrong models be told?\n\nBy `error_probability`: of models off by more than "
+            f"{NEARLY:g}°, how many a warning reaches that is given for so many of the others.\n\n"
+            + markdown_table(warning_table(cells)) + "\n" + "\n".join(parts))
 
 
 def main(folders, methods, output):

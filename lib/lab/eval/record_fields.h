@@ -70,6 +70,7 @@ void VisitPose(Record& record, const Visit& visit) {
   visit("pose_deg", record.error.pose_deg);
   visit("translation", record.translation);
   visit("has_other_pose", record.has_other_pose);
+  visit("error_probability", record.error_probability);
 }
 
 /// Those of several structures, which problems.csv has where these are judged.

@@ -35,6 +35,7 @@ struct ProblemRecord : EstimateRecord {
   PoseLevels levels;  ///< By the estimate's own covariance.
   /// Two views: whether another pose explains the inliers as well (Estimate::other_pose).
   bool has_other_pose = false;
+  double error_probability = std::numeric_limits<double>::quiet_NaN();  ///< Estimate::error_probability.
   /// Share of the first (up to 20) minimal sets that hold true inliers alone; NaN without sets or true inliers.
   double all_inlier_sets = std::numeric_limits<double>::quiet_NaN();
   /// Several structures, of the same sets: the share whose points are all of one true structure, and the share of the

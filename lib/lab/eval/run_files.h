@@ -16,7 +16,7 @@ std::string ResultsCsv(const Report& report);
 /// (docs/estimates.md), R as a unit quaternion, qw ≥ 0, and the model's parameters, blanks between them; then
 /// log_false_alarms, what is known of the problem (problem_quantities.h), rotation_level and translation_level
 /// (PoseLevels); of two views pose_rotation_deg,pose_translation_deg,pose_deg (AddPoseError), translation and
-/// has_other_pose (1: Estimate::other_pose is there). Unknown values are empty.
+/// has_other_pose (1: Estimate::other_pose is there), error_probability. Unknown values are empty.
 std::string ProblemsCsv(const ExperimentResults& results);
 
 /// Markdown with aligned columns, ready to read on a terminal.

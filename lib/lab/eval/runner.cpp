@@ -87,6 +87,7 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
   record.error = MeasureError(estimate, example);
   AddPoseError(experiment.estimates ? record.pose : PoseOfEstimate(estimate, example.problem), example, &record.error);
   record.has_other_pose = estimate.other_pose.has_value();
+  record.error_probability = estimate.error_probability;
   record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
   record.all_inlier_sets = ShareOfTrueSets(estimate, example.truth.inliers);
   RecordStructures(example, estimate, &record);
