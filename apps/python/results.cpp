@@ -124,6 +124,7 @@ nb::dict TwoViewFieldsOf(const TwoViewEstimate& estimate) {
   fields["pose"] = estimate.pose ? PoseOf(*estimate.pose) : nb::none();
   fields["pose_covariance"] = Covariance(estimate.pose_covariance);
   fields["translation"] = ClassOf("Translation")(ToString(estimate.translation));
+  fields["mirrored"] = estimate.mirrored;
   fields["error_probability"] = estimate.error_probability;
   fields["share_behind"] = estimate.share_behind;
   fields["other_pose"] = estimate.other_pose ? PoseOf(*estimate.other_pose) : nb::none();

@@ -174,6 +174,8 @@ struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
   /// Whether the inliers determine the translation, or, of F and H, the model: kDetermined, or why not. A camera that
   /// only turned is no failure: R is right, and `model` is one of those that explain the matches.
   Translation translation = Translation::kNotTested;
+  /// Whether the matches fit the mirror image of the second photograph; this result may be chance then.
+  bool mirrored = false;
   /// E and F: how likely R or t is off by more than 10°, as learned on photographs (estimators/error_probability.h);
   /// NaN for others.
   double error_probability = std::numeric_limits<double>::quiet_NaN();

@@ -39,7 +39,7 @@ TwoViewEstimate Find(const Matches& matches) {
 
 }  // namespace
 
-TEST_CASE("clear models are likely right and chance is not") {
+TEST_CASE("clear models are likely right") {
   for (int seed = 0; seed < 5; ++seed) {
     const TwoViewEstimate clear = Find(Views(300, 50, seed)), chance = Find(Views(8, 200, seed));
     CAPTURE(seed, clear.error_probability, chance.error_probability);
@@ -50,6 +50,25 @@ TEST_CASE("clear models are likely right and chance is not") {
     CHECK(chance.error_probability > 2.0 * clear.error_probability);
     CHECK(chance.may_be_wrong());
   }
+}
+
+TEST_CASE("a mirrored photograph is told") {
+  int told = 0;
+  for (int seed = 0; seed < 6; ++seed) {
+    Matches matches = Views(200, 100, seed);
+    ImageOptions options;
+    options.use_network = false;
+    CHECK_FALSE(EstimateEssential(matches, {kCamera, kCamera}, options).mirrored);
+    matches.points2.col(0) = 1279.0 - matches.points2.col(0).array();
+    const TwoViewEstimate estimate = EstimateEssential(matches, {kCamera, kCamera}, options);
+    told += estimate.mirrored;
+    if (!estimate.mirrored) continue;
+    CHECK(estimate.may_be_chance());
+    CHECK_FALSE(estimate.pose_covariance);
+    CHECK(estimate.translation == Translation::kNotTested);
+  }
+  CHECK(told >= 5);
+  CHECK_FALSE(Find(Views(8, 200, 1)).mirrored);
 }
 
 TEST_CASE("the error probability knows no unit") {

@@ -164,7 +164,7 @@ TEST_CASE("wrong matches never make a turn of parallax") {
     }
 }
 
-TEST_CASE("turns and still cameras are told among wrong matches") {
+TEST_CASE("turns and still cameras among wrong matches") {
   int all = 0, turns = 0, still = 0, planes = 0;
   for (const double wrong : {0.0, 0.5, 0.8})
     for (const double noise : {0.1, 0.5, 1.0})

@@ -185,7 +185,7 @@ TEST_CASE("errors along rows of pixels are no parallax") {
   }
 }
 
-TEST_CASE("a turn is found with two unknown focal lengths") {
+TEST_CASE("turns are found with two unknown focal lengths") {
   Rng rng(8);
   for (int trial = 0; trial < 10; ++trial) {
     TwoViewProblem problem = Turned(200, 0.3, 0.0, rng);

@@ -100,6 +100,7 @@ class TwoViewEstimate(Estimate):
     pose: Optional[Pose]  # E: the second camera seen from the first; t = 0 where it only turned or stood still.
     pose_covariance: Optional[Floats]  # 6 × 6 in the order (ω, t): R = exp([ω]×) R̂, of rank 5; or None.
     translation: Translation
+    mirrored: bool  # Whether the matches fit the mirror image of the second photograph; the result may be chance then.
     error_probability: float  # E and F: how likely R or t is off by more than 10°, learned on photographs; else NaN.
     share_behind: float  # E: of the matches that fit, the share behind a camera, which are no inliers.
     other_pose: Optional[Pose]  # Of matches on one plane: another motion that explains them as well; else None.

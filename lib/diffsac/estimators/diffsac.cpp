@@ -192,6 +192,7 @@ TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
   result.other_pose = estimate.other_pose;
   result.translation = estimate.translation;
   result.error_probability = estimate.error_probability;
+  result.mirrored = estimate.mirrored;
   result.share_behind = estimate.share_behind;
   Take(std::move(estimate), &result);
   return result;
@@ -205,6 +206,7 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions
   result.focal = estimate.focal;
   result.translation = estimate.translation;
   result.error_probability = estimate.error_probability;
+  result.mirrored = estimate.mirrored;
   result.share_behind = estimate.share_behind;
   if (estimate.status == Status::kOk) {
     result.pose = PoseOfEstimate(estimate, problem);

@@ -8,6 +8,7 @@
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/estimators/diffsac_model.h"
+#include "diffsac/estimators/mirror_check.h"
 #include "diffsac/estimators/pixel_length.h"
 #include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/require.h"
@@ -107,7 +108,10 @@ const RobustEstimator& Estimator::For(const Problem& problem) const {
 Estimate Estimator::Run(const Problem& problem, std::uint64_t seed, bool threshold_asked) const {
   Require(problem.task == task_, "problem.task", ToString(task_) + ", got " + ToString(problem.task));
   if (several_) return For(problem).Run(problem, seed);
-  return SearchCheckingScores(problem, [&](const Problem& given) { return Search(given, seed, threshold_asked); });
+  const auto search = [&](const Problem& given) { return Search(given, seed, threshold_asked); };
+  Estimate estimate = SearchCheckingScores(problem, search);
+  CheckMirrored(problem, search, &estimate);
+  return estimate;
 }
 
 /// Noise that turns out to be far above where a wide range begins is estimated from once more, with scales about it.

@@ -87,6 +87,8 @@ struct Estimate {
   int repeated_rows = 0;
   /// Whether the ratios or scores of the matches were found to be worse than none, and were not used (score_check.h).
   bool scores_ignored = false;
+  /// Two views: whether the matches fit the mirror image of the second one (mirror_check.h), and this model by chance.
+  bool mirrored = false;
   /// Whether points without any structure would give a model like this: it is better not relied upon.
   bool MayBeChance() const { return log_false_alarms > 0.0; }
   /// Whether models like this are wrong too often to rely on.

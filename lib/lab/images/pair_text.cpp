@@ -219,6 +219,8 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   if (matches > 0) text += Format(" (%.0f %%)", 100.0 * static_cast<double>(inliers) / static_cast<double>(matches));
   if (std::isfinite(estimate.noise_scale)) text += Format(", noise %.2g px", estimate.noise_scale);
   text += "\n";
+  if (estimate.mirrored)
+    text += "  the matches fit the mirror image of the second photograph: one of the two is mirrored\n";
   if (!estimate.MayBeChance() && estimate.MayBeWrong())
     text += Format("  may be wrong: of results like this %.0f %% are off by more than 10 degrees\n",
                    100.0 * estimate.error_probability);
@@ -288,6 +290,7 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"status", std::string(ToString(record.status))},
                      {"may_be_chance", estimate.MayBeChance()},
                      {"log_false_alarms", FiniteJson(record.log_false_alarms)},
+                     {"mirrored", estimate.mirrored},
                      {"error_probability", FiniteJson(estimate.error_probability)},
                      {"model", model},
                      {"pose", PoseJson(record.pose)},
