@@ -28,7 +28,7 @@ def errors_of(problems):
 
 
 def verdicts_of(problems):
-    """One of VERDICTS for each problem; the first that holds of failed, may be chance, may be wrong, ambiguous, what is said of t."""
+    """One of VERDICTS for each problem: failed, else may be chance, else ambiguous, else may be wrong, else what is said of t."""
     verdict = problems["translation"].str.replace("_", " ")
     verdict = verdict.mask((verdict == "determined") & (problems["has_other_pose"] == 1), "ambiguous")
     verdict = verdict.mask((verdict == "determined") & (errors_of(problems) > LIKELY_WRONG), "may be wrong")
@@ -119,7 +119,9 @@ def page(runs, methods):
         raise ValueError("no run has a problem whose pose is known")
     return (f"# Verdict × truth\n\nA model is right if it is off by at most {RIGHT:g}°, nearly right up to {NEARLY:g}° (the larger of R and t, t of either sign). "
             f"A right pose is taken back where the verdict leaves t open and the pose that is given is off by more than {NEARLY:g}°. A wrong pose has no "
-            "warning where the verdict is `determined`, or the row has none (`not tested`). Brackets: 95 % intervals (Wilson), in which several seeds of a problem count as so many problems.\n\n"
+            "warning where the verdict is `determined`, or the row has none (`not tested`). `may be wrong`: `error_probability` is above .5. "
+            "Brackets: 95 % intervals (Wilson), in which several seeds of a problem count as so many problems. How the runs are made: "
+            "[metrics](../metrics.md#verdicts-beside-the-truth).\n\n"
             + markdown_table(summary) + "\n## How far can wrong models be told?\n\nBy `error_probability`: of models off by more than "
             f"{NEARLY:g}°, how many a warning reaches that is given for so many of the others.\n\n"
             + markdown_table(warning_table(cells)) + "\n" + "\n".join(parts))
