@@ -92,7 +92,7 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   diffsac::GivenCalibration& calibration = request->calibration;
   app->add_option("--calibration", calibration.file, "images, hloc: a file with the 3x3 matrix K of all images");
   app->add_option("--focal", calibration.focal, "images, hloc: focal length of all images, in pixels")
-      ->check(NumberAbove(0));
+      ->check(diffsac::NumberAbove(0));
   app->add_option("--center", calibration.center, "images, hloc: principal point, as 320,240")->delimiter(',');
   diffsac::PrepareOptions& options = request->options;
   app->add_option_function<std::string>(
@@ -129,7 +129,7 @@ void AddSegments(CLI::App* app, diffsac::SegmentsRequest* request) {
   app->add_option("--scene", request->scene, "Name of the scene (default: the folder's)");
   app->add_option("--calibration", request->calibration.file, "A file with the 3x3 matrix K of all images");
   app->add_option("--focal", request->calibration.focal, "Focal length of all images, in pixels (EXIF's)")
-      ->check(NumberAbove(0));
+      ->check(diffsac::NumberAbove(0));
   app->add_option("--center", request->calibration.center, "Principal point, as 320,240")->delimiter(',');
   app->add_option("--max-image-size", request->max_image_size, "Reduce larger ones to this side; 0: never")
       ->check(diffsac::NumberFrom(0));
@@ -168,7 +168,7 @@ void AddModelnet(CLI::App* app, diffsac::ModelnetRequest* request) {
   app->add_option("--pairs", request->pairs, "Pairs");
   app->add_option("--outlier-ratio", request->outlier_ratio, "Share of outliers, R or LOW,HIGH")->delimiter(',');
   app->add_option("--points", request->points, "Correspondences a pair");
-  app->add_option("--seed", request->seed, "Seed of all that is drawn")->check(NumberFrom(0));
+  app->add_option("--seed", request->seed, "Seed of all that is drawn")->check(diffsac::NumberFrom(0));
   app->add_flag("--overwrite", request->overwrite, "Make the scene again when it is there already");
   app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
 }
@@ -180,7 +180,7 @@ void AddWarp(CLI::App* app, diffsac::WarpRequest* request) {
   app->add_option("--views", request->views, "Other views of each image")->check(diffsac::NumberWithin(1, 1000));
   app->add_option("--max-image-size", request->max_image_size, "Reduce larger images to this side; 0: never")
       ->check(diffsac::NumberFrom(0));
-  app->add_option("--seed", request->seed, "Seed of all that is drawn")->check(NumberFrom(0));
+  app->add_option("--seed", request->seed, "Seed of all that is drawn")->check(diffsac::NumberFrom(0));
   app->add_option("--least-tilt", request->least_tilt, "Of the views, degrees")->check(diffsac::NumberWithin(0, 89));
   app->add_option("--greatest-tilt", request->greatest_tilt, "The same, the most")->check(diffsac::NumberWithin(0, 89));
   app->add_flag("--photograph", request->photograph, "As a small camera sees them: blur, sensor noise, tones, JPEG");

@@ -5,6 +5,7 @@
 
 #include "diffsac/estimators/score_check.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/problem/usable_rows.h"
 
 namespace diffsac {
 namespace {
@@ -19,6 +20,38 @@ Problem Mirrored(const Problem& problem) {
   return mirrored;
 }
 
+/// Whether neighbouring matches go round the other way in the second image: matches of a mirrored image do, wrong ones
+/// as often as not.
+bool GoesRoundOtherWay(const PointMatrix& points) {
+  constexpr Eigen::Index kMost = 300, kLeast = 20;
+  constexpr double kShare = 0.6;
+  const Eigen::Index count = std::min(points.rows(), kMost);
+  PointMatrix rows(count, 4);
+  for (Eigen::Index i = 0; i < count; ++i) rows.row(i) = points.row(i * points.rows() / count);
+  const auto side = [&](Eigen::Index i, Eigen::Index j, Eigen::Index k, int column) {
+    const Eigen::RowVector2d a = rows.row(j).segment<2>(column) - rows.row(i).segment<2>(column),
+                             b = rows.row(k).segment<2>(column) - rows.row(i).segment<2>(column);
+    return a.x() * b.y() - a.y() * b.x();
+  };
+  Eigen::Index seen = 0, turned = 0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    Eigen::Index nearest[2] = {i, i};
+    double least[2] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const double distance = (rows.row(j).head<2>() - rows.row(i).head<2>()).squaredNorm();
+      if (j == i || !(distance < least[1])) continue;
+      const bool first = distance < least[0];
+      if (first) nearest[1] = nearest[0], least[1] = least[0];
+      nearest[first ? 0 : 1] = j;
+      least[first ? 0 : 1] = distance;
+    }
+    const double sides = side(i, nearest[0], nearest[1], 0) * side(i, nearest[0], nearest[1], 2);
+    seen += sides < 0.0 || sides > 0.0;  // Not of a row that is not finite.
+    turned += sides < 0.0;
+  }
+  return seen >= kLeast && static_cast<double>(turned) > kShare * static_cast<double>(seen);
+}
+
 std::ptrdiff_t InliersOf(const Estimate& estimate) {
   return std::count(estimate.inliers.begin(), estimate.inliers.end(), 1);
 }
@@ -30,8 +63,9 @@ void CheckMirrored(const Problem& problem, const std::function<Estimate(const Pr
   constexpr double kClear = -10.0;  // Of log_false_alarms.
   const bool searched = estimate->status == Status::kOk || estimate->status == Status::kNoModel;
   if (!searched || !IsTwoView(problem.task) || problem.points.cols() != 4) return;
-  if (estimate->status == Status::kOk && !estimate->MayBeWrong()) return;
-  const Estimate mirrored = search(Mirrored(problem));
+  if (estimate->status == Status::kOk && !estimate->MayBeWrong() && !GoesRoundOtherWay(problem.points)) return;
+  const UsableRows usable(problem);
+  const Estimate mirrored = search(Mirrored(usable.problem()));
   AddCost(mirrored.report, &estimate->report);
   if (mirrored.status != Status::kOk || mirrored.MayBeWrong() || mirrored.log_false_alarms > kClear ||
       InliersOf(mirrored) < kTimes * InliersOf(*estimate))
