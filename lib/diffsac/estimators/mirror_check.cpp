@@ -59,16 +59,17 @@ std::ptrdiff_t InliersOf(const Estimate& estimate) {
 }  // namespace
 
 void CheckMirrored(const Problem& problem, const std::function<Estimate(const Problem&)>& search, Estimate* estimate) {
-  constexpr int kTimes = 2;         // As many inliers.
+  // A surface of which neighbouring points change sides is seen by no two cameras, however many fit a model.
+  constexpr double kShare = 0.9;
   constexpr double kClear = -10.0;  // Of log_false_alarms.
   const bool searched = estimate->status == Status::kOk || estimate->status == Status::kNoModel;
   if (!searched || !IsTwoView(problem.task) || problem.points.cols() != 4) return;
-  if (estimate->status == Status::kOk && !estimate->MayBeWrong() && !GoesRoundOtherWay(problem.points)) return;
+  if (!GoesRoundOtherWay(problem.points)) return;
   const UsableRows usable(problem);
   const Estimate mirrored = search(Mirrored(usable.problem()));
   AddCost(mirrored.report, &estimate->report);
   if (mirrored.status != Status::kOk || mirrored.MayBeWrong() || mirrored.log_false_alarms > kClear ||
-      InliersOf(mirrored) < kTimes * InliersOf(*estimate))
+      static_cast<double>(InliersOf(mirrored)) < kShare * static_cast<double>(InliersOf(*estimate)))
     return;
   estimate->mirrored = true;
   estimate->log_false_alarms = std::numeric_limits<double>::infinity();

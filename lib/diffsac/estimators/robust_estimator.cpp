@@ -175,7 +175,6 @@ void Complete(const UsableRows& rows, Estimate* estimate) {
   if (estimate->share_behind > kMostBehind) {
     estimate->log_false_alarms = std::numeric_limits<double>::infinity();
     estimate->translation = Translation::kNotTested;
-    estimate->other_pose.reset();
   }
   // Noise does not bound the error of a model that may be of nothing.
   if (estimate->MayBeChance()) estimate->pose_covariance.reset();
