@@ -119,9 +119,10 @@ TEST_CASE("tables and files have the given pose") {
   CHECK(table->rows[0].cells[1] == "0.667");
   CHECK(table->rows[0].cells[2] == "0.333");
   CHECK_THAT(ResultsCsv(report), Contains(",mean,all,one,mAA_pose@10deg,0.3333"));
-  CHECK_THAT(ProblemsCsv(results),
-             Contains(",pose_rotation_deg,pose_translation_deg,pose_deg,translation,has_other_pose,error_probability\n") &&
-                 Contains(",180,180,turn_in_place,0,\n") && Contains(",180,180,180,not_tested,0,\n"));
+  CHECK_THAT(
+      ProblemsCsv(results),
+      Contains(",pose_rotation_deg,pose_translation_deg,pose_deg,translation,has_other_pose,error_probability\n") &&
+          Contains(",180,180,turn_in_place,0,\n") && Contains(",180,180,180,not_tested,0,\n"));
 }
 
 TEST_CASE("pixel tables judge the pose at ten degrees") {
