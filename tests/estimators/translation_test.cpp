@@ -256,7 +256,7 @@ TEST_CASE("a homography of points on one line, and two beside it, says that it i
       views.matches.size2 = {};  // The line leaves it.
       const TwoViewEstimate estimate = EstimateHomography(views.matches, Plain());
       if (!estimate.ok()) continue;
-      CAPTURE(beside, seed);
+      CAPTURE(beside, seed, estimate.mirrored, estimate.log_false_alarms);
       CHECK(estimate.translation == (beside < 3 ? Translation::kLine : Translation::kDetermined));
     }
 }

@@ -1,6 +1,7 @@
 #include "diffsac/estimators/mirror_check.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "diffsac/estimators/score_check.h"
@@ -23,17 +24,19 @@ Problem Mirrored(const Problem& problem) {
 /// Whether neighbouring matches go round the other way in the second image: matches of a mirrored image do, wrong ones
 /// as often as not.
 bool GoesRoundOtherWay(const PointMatrix& points) {
-  constexpr Eigen::Index kMost = 300, kLeast = 20;
-  constexpr double kShare = 0.6;
+  constexpr Eigen::Index kMost = 300;
+  constexpr double kDeviations = 4.0;  // Of as many that go round by chance.
+  constexpr double kLeastSine = 0.1;   // Points on a line go round by their noise.
   const Eigen::Index count = std::min(points.rows(), kMost);
   PointMatrix rows(count, 4);
   for (Eigen::Index i = 0; i < count; ++i) rows.row(i) = points.row(i * points.rows() / count);
   const auto side = [&](Eigen::Index i, Eigen::Index j, Eigen::Index k, int column) {
     const Eigen::RowVector2d a = rows.row(j).segment<2>(column) - rows.row(i).segment<2>(column),
                              b = rows.row(k).segment<2>(column) - rows.row(i).segment<2>(column);
-    return a.x() * b.y() - a.y() * b.x();
+    const double sine = (a.x() * b.y() - a.y() * b.x()) / (a.norm() * b.norm());
+    return std::abs(sine) > kLeastSine ? sine : 0.0;
   };
-  Eigen::Index seen = 0, turned = 0;
+  int seen = 0, turned = 0;
   for (Eigen::Index i = 0; i < count; ++i) {
     Eigen::Index nearest[2] = {i, i};
     double least[2] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
@@ -49,7 +52,7 @@ bool GoesRoundOtherWay(const PointMatrix& points) {
     seen += sides < 0.0 || sides > 0.0;  // Not of a row that is not finite.
     turned += sides < 0.0;
   }
-  return seen >= kLeast && static_cast<double>(turned) > kShare * static_cast<double>(seen);
+  return turned - 0.5 * seen > kDeviations * 0.5 * std::sqrt(seen);
 }
 
 std::ptrdiff_t InliersOf(const Estimate& estimate) {
@@ -64,7 +67,7 @@ void CheckMirrored(const Problem& problem, const std::function<Estimate(const Pr
   constexpr double kClear = -10.0;  // Of log_false_alarms.
   const bool searched = estimate->status == Status::kOk || estimate->status == Status::kNoModel;
   if (!searched || !IsTwoView(problem.task) || problem.points.cols() != 4) return;
-  if (!GoesRoundOtherWay(problem.points)) return;
+  if (estimate->translation == Translation::kLine || !GoesRoundOtherWay(problem.points)) return;
   const UsableRows usable(problem);
   const Estimate mirrored = search(Mirrored(usable.problem()));
   AddCost(mirrored.report, &estimate->report);
