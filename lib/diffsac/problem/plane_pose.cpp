@@ -68,7 +68,7 @@ std::optional<PlanePoses> PosesOfPlane(const Eigen::Matrix3d& homography, const 
 }
 
 double LogOdds(const RigidMotion& motion, const RigidMotion& other, const PlaneViews& views) {
-  // Residuals of photographs are neither Gaussian nor independent: docs/results/verdicts.md.
+  // Residuals of photographs are neither Gaussian nor independent (docs/two_view.md).
   constexpr double kTemper = 0.068;
   constexpr double kLeastShare = 0.01, kLeastSigma = 0.05;
   const PointMatrix points = NormalizedCoordinates(views.points, views.cameras.K1, views.cameras.K2);
