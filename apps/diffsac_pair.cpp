@@ -11,7 +11,6 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/presets.h"
-#include "diffsac/estimators/score_check.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/number_checks.h"
 #include "lab/config/paths.h"
@@ -338,8 +337,7 @@ int RunTwo(Request request) {
                              request.context.threads);
   SetTask(TaskFromString(task), ThresholdOf(request, task), &matched.pair);
   if (task == "shared_focal") WarnOfZoom(matched.pair.problem);
-  const Estimate estimate = SearchCheckingScores(
-      matched.pair.problem, [&](const Problem& problem) { return method->Run(problem, request.seed); });
+  const Estimate estimate = method->Run(matched.pair.problem, request.seed);
   const PairTimes times{matched.ms_keypoints, matched.ms_matching};
   request.images.resize(2);
   const PairRun run{request.images[0], request.images[1], experiment.methods.front().name, request.seed};

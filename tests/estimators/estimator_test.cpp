@@ -6,6 +6,7 @@
 #include "diffsac/diffsac.h"
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/presets.h"
+#include "diffsac/estimators/second_search.h"
 #include "diffsac/problem/tasks.h"
 #include "geometry/two_view_problems.h"
 
@@ -77,19 +78,27 @@ TEST_CASE("what an estimator cannot do is said") {
   CHECK(Has(ErrorOf([&] { without.Run(Calibrated(0)); }), "/none/essential/model.safetensors"));
 }
 
-TEST_CASE("noise scales of a problem are those of the options times its factors") {
+TEST_CASE("a threshold that was asked for widens the range") {
   Problem problem = Calibrated(2);
-  ClassicalOptions options = RecommendedClassical(Task::kEssential);
-  const ClassicalEstimator plain(options);
-  options.consensus.least_scale *= 0.5;
-  options.consensus.greatest_scale *= 3.0;
-  const Estimate by_options = ClassicalEstimator(options).Run(problem, 1);
-  problem.least_scale_factor = 0.5;
-  problem.greatest_scale_factor = 3.0;
-  const Estimate by_problem = plain.Run(problem, 1);
-  REQUIRE(by_problem.status == Status::kOk);
-  CHECK(by_problem.model == by_options.model);
-  CHECK(by_problem.noise_scale == by_options.noise_scale);
+  problem.inlier_threshold = UsualThreshold(Task::kEssential);
+  CHECK(NoiseRangeOf(problem, true).least == 1.0);
+  CHECK(NoiseRangeOf(problem, true).greatest == 1.0);
+  problem.inlier_threshold = 40.0;
+  CHECK(NoiseRangeOf(problem, false).greatest == 1.0);
+  CHECK(NoiseRangeOf(problem, true).greatest == 40.0);
+  CHECK(NoiseRangeOf(problem, true).least < 5.0);
+  problem.inlier_threshold = 1e-3;
+  CHECK(NoiseRangeOf(problem, true).least == 1e-3);
+  CHECK(NoiseRangeOf(problem, true).greatest > 0.1);
+}
+
+TEST_CASE("one search is enough where nothing is in doubt") {
+  const Problem problem = Calibrated(0);
+  const PreparedProblem prepared(problem);
+  const ClassicalEstimator once(LoRansacOptions(Task::kEssential));
+  const Estimate estimate = once.Run(problem, 1);
+  REQUIRE(estimate.IsSure());
+  CHECK(ReasonToSearch(prepared, estimate) == SearchReason::kNone);
 }
 
 }  // namespace diffsac

@@ -21,6 +21,8 @@ struct ClassicalOptions {
   MinimalSamplerOptions sampling;
   ConsensusOptions consensus;
   StructureSearchOptions structures;
+  /// Whether there is a second search where the first one leaves doubts (second_search.h). Not for several models.
+  bool search_again = false;
   void Bind(OptionsBinder& b);
 };
 
@@ -33,9 +35,11 @@ ClassicalOptions LoRansacOptions(Task task);
 class ClassicalEstimator : public RobustEstimator {
  public:
   explicit ClassicalEstimator(const ClassicalOptions& options);
-  Estimate DoRun(const Problem& problem, std::uint64_t seed) const override;
+  bool SearchesAgain() const override { return options_.search_again && !options_.structures.Several(); }
 
  private:
+  Estimate DoRun(const SolverSpace& space, std::uint64_t seed) const override;
+
   ClassicalOptions options_;
 };
 

@@ -8,11 +8,8 @@
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/estimators/diffsac_model.h"
-#include "diffsac/estimators/mirror_check.h"
-#include "diffsac/estimators/pixel_length.h"
 #include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/require.h"
-#include "diffsac/estimators/score_check.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
@@ -48,24 +45,6 @@ ClassicalOptions WithBudget(ClassicalOptions classical, const EstimateOptions& o
 
 bool HasNetwork(Task task) {
   return task == Task::kFundamental || task == Task::kEssential || task == Task::kHomography;
-}
-
-/// The ε for which a preset's least scale, and its greatest, would be right.
-struct ScalesFor {
-  double least, greatest;
-};
-
-/// Noise is looked for between scales that go with ε. One that was asked for may be far from what noise can be, which
-/// the size of the data tells: then the range is wider, and ε only caps the mask. Scales that begin above the noise
-/// cost accuracy (docs/two_view.md), so that a greater ε does not move where they begin beyond the usual.
-ScalesFor ScalesOfProblem(const Problem& problem, bool asked) {
-  constexpr double kLeastShare = 0.2;
-  const double threshold = problem.inlier_threshold;
-  if (!asked || !IsTwoView(problem.task)) return {threshold, threshold};
-  const double usual = UsualThreshold(problem.task) * LengthInResiduals(problem.task, problem.points.leftCols(2),
-                                                                        problem.points.rightCols(2), ShareOfExtent);
-  if (!(usual > 0.0)) return {threshold, threshold};
-  return {std::min(threshold, usual), std::max(threshold, kLeastShare * usual)};
 }
 
 }  // namespace
@@ -105,35 +84,9 @@ const RobustEstimator& Estimator::For(const Problem& problem) const {
   }
 }
 
-Estimate Estimator::Run(const Problem& problem, std::uint64_t seed, bool threshold_asked) const {
+Estimate Estimator::Run(const Problem& problem, std::uint64_t seed) const {
   Require(problem.task == task_, "problem.task", ToString(task_) + ", got " + ToString(problem.task));
-  if (several_) return For(problem).Run(problem, seed);
-  const auto search = [&](const Problem& given) { return Search(given, seed, threshold_asked); };
-  Estimate estimate = SearchCheckingScores(problem, search);
-  CheckMirrored(problem, search, &estimate);
-  return estimate;
-}
-
-/// Noise that turns out to be far above where a wide range begins is estimated from once more, with scales about it.
-Estimate Estimator::Search(const Problem& problem, std::uint64_t seed, bool threshold_asked) const {
-  constexpr double kFar = 2.0, kSuited = 1.5;  // The middle of the presets' ranges is about ε / 1.5.
-  const RobustEstimator& estimator = For(problem);
-  Problem scaled = problem;
-  const auto run = [&](const ScalesFor& scales) {
-    scaled.least_scale_factor = scales.least / UsualThreshold(task_);
-    scaled.greatest_scale_factor = scales.greatest / UsualThreshold(task_);
-    return estimator.Run(scaled, seed);
-  };
-  const ScalesFor scales = ScalesOfProblem(problem, threshold_asked);
-  Estimate estimate = run(scales);
-  if (estimate.status != Status::kOk || !(scales.least < scales.greatest) ||
-      !(estimate.noise_scale > kFar * scales.least))
-    return estimate;
-  const double suited = kSuited * estimate.noise_scale;
-  Estimate again = run({suited, suited});
-  if (again.status != Status::kOk) return estimate;
-  AddCost(estimate.report, &again.report);
-  return again;
+  return For(problem).Run(problem, seed);
 }
 
 std::shared_ptr<const Estimator> KeptEstimator(Task task, const EstimateOptions& options, bool several) {

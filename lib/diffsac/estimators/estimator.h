@@ -42,11 +42,9 @@ class Estimator {
   /// EstimateOptions::Check does.
   explicit Estimator(Task task, const EstimateOptions& options = {}, bool several = false);
 
-  /// threshold_asked: whether the problem's threshold was asked for, so that noise may be far from it, or is a usual
-  /// one (ImageOptions::max_residual_px). Where ratios or scores look worse than none, it searches once more without
-  /// them (Estimate::scores_ignored; not for several models). Throws Error for a problem of another task, and where a
-  /// network is not found.
-  Estimate Run(const Problem& problem, std::uint64_t seed = 0, bool threshold_asked = true) const;
+  /// RobustEstimator::Run of the recommended estimator for what is known of the matches (ratios, scores, nothing).
+  /// Throws Error for a problem of another task, and where a network is not found.
+  Estimate Run(const Problem& problem, std::uint64_t seed = 0) const;
 
  private:
   enum Known { kNothing, kRatios, kScores };  ///< Of the matches.
@@ -54,7 +52,6 @@ class Estimator {
   std::shared_ptr<const RobustEstimator> Make(Known known) const;
   /// By what is known of its matches.
   const RobustEstimator& For(const Problem& problem) const;
-  Estimate Search(const Problem& problem, std::uint64_t seed, bool threshold_asked) const;
 
   Task task_;
   EstimateOptions options_;

@@ -85,7 +85,7 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
   static_cast<EstimateRecord&>(record) = RecordOf(example, estimate, experiment.estimates);
   record.scene = experiment.GroupOf(example.scene);
   record.error = MeasureError(estimate, example);
-  AddPoseError(experiment.estimates ? record.pose : PoseOfEstimate(estimate, example.problem), example, &record.error);
+  AddPoseError(experiment.estimates ? record.pose : estimate.pose, example, &record.error);
   record.has_other_pose = estimate.other_pose.has_value();
   record.error_probability = estimate.error_probability;
   record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
