@@ -13,7 +13,7 @@
 namespace diffsac {
 namespace {
 
-constexpr const char* kSearches[] = {"sequential", "at_once", "j_linkage", "t_linkage"};
+constexpr const char* kSearches[] = {"sequential", "at_once"};
 
 Example Lines(int structures, std::uint64_t index = 0) {
   SyntheticStructuresOptions options;
