@@ -19,7 +19,7 @@
 #include "lab/eval/evaluate.h"
 #include "lab/eval/format.h"
 #include "lab/files/files.h"
-#include "lab/files/own_pictures.h"
+#include "lab/images/image_source.h"
 #include "lab/images/pictures.h"
 #include "lab/images/prepare_segments.h"
 #include "lab/images/vanishing_text.h"
@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 struct Request {
   std::vector<std::string> images;
-  std::string picture = "vanishing_points.png", json, estimates, segments;
+  std::string picture = "diffsac_pictures/vanishing_points.png", json, estimates, segments;
   GivenCalibration calibration;
   VanishingPointOptions options;
   int max_image_size = 1200;
@@ -137,7 +137,7 @@ void CheckNames(const Request& request) {
   if (twice != names.end()) throw Error("two images are named " + *twice);
 }
 
-/// Before any work: what is written must not be what is read, nor another's picture.
+/// Before any work: what is written must not be what is read.
 void CheckOutputs(const Request& request) {
   std::vector<std::string> inputs = request.calibration.Inputs(), outputs = {request.json, request.estimates};
   inputs.insert(inputs.end(), request.images.begin(), request.images.end());

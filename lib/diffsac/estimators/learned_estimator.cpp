@@ -131,7 +131,7 @@ LearnedEstimator::Timed LearnedEstimator::PredictTimed(std::span<const SolverSpa
   timed.ms_features = MillisecondsSince(start);
 
   const auto network_start = EstimatorClock::now();
-  for (auto& features : sets) timed.predictions.push_back({std::move(features), {}, {}, {}});
+  for (auto& features : sets) timed.predictions.push_back({std::move(features), {}, {}});
   const std::size_t part = network_->problems_a_call > 0 ? network_->problems_a_call : spaces.size();
   const std::span<Prediction> predictions(timed.predictions);
   ParallelFor(static_cast<std::int64_t>((spaces.size() + part - 1) / part), threads_, [&](std::int64_t p) {
@@ -154,9 +154,7 @@ EstimationPriors LearnedEstimator::PriorsOf(const SolverSpace& space, const Pred
       options_->inlier_prior_of == PriorSource::kNetwork || space.problem().match_ratio.size() == space.points().rows();
   if (options_->consensus.inlier_prior_power > 0.0 && !prediction.weights.empty() && has_source)
     priors.inlier_priors = InlierPriors(space, prediction.weights, options_->inlier_prior_of);
-  priors.models = prediction.models;
-  if (options_->feature_hypotheses)
-    priors.models.insert(priors.models.end(), prediction.features.models.begin(), prediction.features.models.end());
+  if (options_->feature_hypotheses) priors.models = prediction.features.models;
   if (options_->weighted_fit)
     priors.fit_weights =
         Eigen::Map<const Eigen::VectorXf>(prediction.weights.data(), space.points().rows()).cast<double>();

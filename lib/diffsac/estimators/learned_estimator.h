@@ -58,7 +58,6 @@ struct Prediction {
   FeatureSet features;
   std::vector<float> confidences;  ///< rows × N, as the method says; empty for methods without
   std::vector<float> weights;  ///< N values ≥ 0, in proportion to how likely an inlier is; empty for networks without
-  std::vector<ModelParameters> models = {};  ///< Scored as well, in the coordinates in which the problem is solved.
 };
 
 /// By point, of a problem's ratios (where it has them) and what a network says.

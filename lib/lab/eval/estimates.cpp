@@ -446,7 +446,7 @@ EstimateFile EstimatesFromBytes(std::string bytes, const std::string& name) {
   const std::lock_guard lock(Hdf5Mutex());
   std::string place = name;
   try {
-    const H5::H5File file = OpenHdf5Bytes(bytes, name);
+    const H5::H5File file = OpenHdf5Bytes(bytes);
     const H5::Group root = file.openGroup("/");
     if (GetText(root, "format") != kFormat) throw Error("another format");
     EstimateFile content{GetText(root, "experiment"), GetText(root, "task"), GetText(root, "git_revision"), {}};
