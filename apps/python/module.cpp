@@ -32,8 +32,8 @@ auto Unlocked(const Call& estimate) {
 }
 
 void Set(const Whole& max_iterations, const Whole& seed, EstimateOptions* options) {
-  options->max_iterations =
-      static_cast<int>(WholeOf(max_iterations, "max_iterations", EstimateOptions::kMostIterations));
+  const auto most = static_cast<int>(WholeOf(max_iterations, "max_iterations", EstimateOptions::kMostIterations));
+  if (most > 0) options->max_iterations = most;
   options->seed = WholeOf(seed, "seed", std::numeric_limits<std::uint64_t>::max());
 }
 

@@ -68,7 +68,7 @@ TEST_CASE("estimators are kept by what makes them") {
 TEST_CASE("what an estimator cannot do is said") {
   EstimateOptions options;
   options.max_iterations = -1;
-  CHECK(Has(ErrorOf([&] { Estimator(Task::kEssential, options); }), "max_iterations: expected from 0"));
+  CHECK(Has(ErrorOf([&] { Estimator(Task::kEssential, options); }), "max_iterations: expected from 1"));
   const Estimator estimator(Task::kFundamental, WithModels());
   CHECK(Has(ErrorOf([&] { estimator.Run(Calibrated(0)); }), "problem.task: expected fundamental, got essential"));
   options = {};

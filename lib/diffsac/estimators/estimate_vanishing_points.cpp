@@ -27,7 +27,7 @@ const double kFocalLogSigma = ConsensusOptions().focal_log_sigma;
 
 /// Kept by what it is made of.
 std::shared_ptr<const ClassicalEstimator> SearchOf(const VanishingPointOptions& options) {
-  using Key = std::tuple<bool, bool, double, int, std::string>;
+  using Key = std::tuple<bool, bool, double, std::optional<int>, std::string>;
   static LruCache<ClassicalEstimator, Key> kept(32);
   return kept.Get(
       {options.use_network, options.K.has_value(), options.least_value, options.max_iterations, options.models_folder},
@@ -36,7 +36,7 @@ std::shared_ptr<const ClassicalEstimator> SearchOf(const VanishingPointOptions& 
         if (options.use_network) chooser = FindModel(ChooserFile(options.K.has_value()), options.models_folder);
         ClassicalOptions search = VanishingPoints(chooser);
         search.structures.least_value = options.least_value;
-        if (options.max_iterations > 0) search.max_iterations = options.max_iterations;
+        Apply(options, &search);
         return std::make_shared<const ClassicalEstimator>(search);
       });
 }

@@ -27,25 +27,6 @@ std::shared_ptr<const DiffsacModel> NetworkOf(const std::string& file, Task task
       file, [&] { return LoadDiffsac(ReadTrainedConfig(file, "diffsac", task), NetworkEngine::kAuto, "cpu"); });
 }
 
-/// The halves of a budget that the head and PROSAC draw.
-DiffsacOptions LearnedOptionsOf(Task task, const EstimateOptions& options) {
-  DiffsacOptions learned = LearnedProsac(task);
-  if (options.max_iterations == 0) return learned;
-  learned.head_sets = (options.max_iterations + 1) / 2;
-  learned.extra_sets = options.max_iterations / 2;
-  learned.consensus.max_iterations = options.max_iterations;
-  learned.consensus.min_iterations = std::min(learned.consensus.min_iterations, options.max_iterations);
-  return learned;
-}
-
-ClassicalOptions WithBudget(ClassicalOptions classical, const EstimateOptions& options) {
-  if (options.max_iterations == 0) return classical;
-  classical.max_iterations = options.max_iterations;
-  ConsensusOptions& consensus = classical.consensus;
-  consensus.min_iterations = std::min(consensus.min_iterations, options.max_iterations);
-  return classical;
-}
-
 bool HasNetwork(Task task) {
   return task == Task::kFundamental || task == Task::kEssential || task == Task::kHomography;
 }
@@ -70,22 +51,21 @@ ScalesFor ScalesOfProblem(const Problem& problem, bool asked) {
 
 }  // namespace
 
-void EstimateOptions::Check() const {
-  Require(max_iterations >= 0 && max_iterations <= kMostIterations, "max_iterations",
-          "from 0 to " + std::to_string(kMostIterations));
-}
-
 Estimator::Estimator(Task task, const EstimateOptions& options, bool several)
     : task_(task), options_(options), several_(several) {
   options.Check();
 }
 
 std::shared_ptr<const RobustEstimator> Estimator::Make(Known known) const {
-  if (several_) return std::make_shared<ClassicalEstimator>(WithBudget(SeveralStructures(task_), options_));
-  if (!HasNetwork(task_) || !options_.use_network || known == kScores)
-    return std::make_shared<ClassicalEstimator>(WithBudget(RecommendedClassical(task_), options_));
+  if (several_ || !HasNetwork(task_) || !options_.use_network || known == kScores) {
+    ClassicalOptions preset = several_ ? SeveralStructures(task_) : RecommendedClassical(task_);
+    Apply(options_, &preset);
+    return std::make_shared<ClassicalEstimator>(preset);
+  }
+  DiffsacOptions preset = LearnedProsac(task_);
+  Apply(options_, &preset);
   const auto network = NetworkOf(FindModel(ModelFile(task_, known == kRatios), options_.models_folder), task_);
-  return std::make_shared<DiffsacEstimator>(network, LearnedOptionsOf(task_, options_), 1);
+  return std::make_shared<DiffsacEstimator>(network, preset, 1);
 }
 
 const RobustEstimator& Estimator::For(Known known) const {
@@ -137,9 +117,11 @@ Estimate Estimator::Search(const Problem& problem, std::uint64_t seed, bool thre
 }
 
 std::shared_ptr<const Estimator> KeptEstimator(Task task, const EstimateOptions& options, bool several) {
-  using Key = std::tuple<Task, bool, int, bool, std::string>;
+  using Key = std::tuple<Task, EstimateOptions, bool>;
   static LruCache<Estimator, Key> kept(kMostKept);
-  return kept.Get({task, several, options.max_iterations, options.use_network, options.models_folder},
+  EstimateOptions made_from = options;
+  made_from.seed = 0;
+  return kept.Get({task, made_from, several},
                   [&] { return std::make_shared<const Estimator>(task, options, several); });
 }
 
