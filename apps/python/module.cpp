@@ -38,7 +38,7 @@ void Set(const Whole& max_iterations, const Whole& seed, EstimateOptions* option
 }
 
 void SetNetwork(const Truth& use_network, const OptionalPath& models_folder, EstimateOptions* options) {
-  options->use_network = TruthOf(use_network, "use_network");
+  options->guidance = TruthOf(use_network, "use_network") ? Guidance::kNetwork : Guidance::kNone;
   options->models_folder = ModelsFolder(models_folder);
 }
 

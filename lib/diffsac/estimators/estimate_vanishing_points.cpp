@@ -30,10 +30,10 @@ std::shared_ptr<const ClassicalEstimator> SearchOf(const VanishingPointOptions& 
   using Key = std::tuple<bool, bool, double, std::optional<int>, std::string>;
   static LruCache<ClassicalEstimator, Key> kept(32);
   return kept.Get(
-      {options.use_network, options.K.has_value(), options.least_value, options.max_iterations, options.models_folder},
+      {options.guidance != Guidance::kNone, options.K.has_value(), options.least_value, options.max_iterations, options.models_folder},
       [&] {
         std::string chooser;
-        if (options.use_network) chooser = FindModel(ChooserFile(options.K.has_value()), options.models_folder);
+        if (options.guidance != Guidance::kNone) chooser = FindModel(ChooserFile(options.K.has_value()), options.models_folder);
         ClassicalOptions search = VanishingPoints(chooser);
         search.structures.least_value = options.least_value;
         Apply(options, &search);

@@ -57,7 +57,7 @@ Estimator::Estimator(Task task, const EstimateOptions& options, bool several)
 }
 
 std::shared_ptr<const RobustEstimator> Estimator::Make(Known known) const {
-  if (several_ || !HasNetwork(task_) || !options_.use_network || known == kScores) {
+  if (several_ || !HasNetwork(task_) || options_.guidance == Guidance::kNone || known == kScores) {
     ClassicalOptions preset = several_ ? SeveralStructures(task_) : RecommendedClassical(task_);
     Apply(options_, &preset);
     return std::make_shared<ClassicalEstimator>(preset);
