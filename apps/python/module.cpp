@@ -282,7 +282,6 @@ NB_MODULE(_native, module) {
   using namespace diffsac::python;
   nb::register_exception_translator(TranslateError);
   module.attr("VERSION") = diffsac::kVersion;
-  module.def("set_packaged_models", &SetPackagedModels, nb::arg("folder"));
   DefineTwoViews(&module);
   DefineSeveralTwoViews(&module);
   DefineOthers(&module);

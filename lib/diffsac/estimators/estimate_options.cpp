@@ -9,6 +9,9 @@
 namespace diffsac {
 namespace {
 
+/// Of κ: each copy holds a confidence for every point and step of the reverse process.
+constexpr int kMostCopies = 1000;
+
 /// max: the preset's number of samples; returns the one that the options ask for.
 int Budget(const EstimateOptions& options, int max) {
   if (options.max_iterations) return *options.max_iterations;
@@ -50,7 +53,9 @@ void Apply(const EstimateOptions& options, ClassicalOptions* preset) {
 void Apply(const EstimateOptions& options, DiffsacOptions* preset) {
   preset->search_threads = options.num_threads;
   const int sets = preset->Sets(), budget = Budget(options, sets);
-  if (budget != sets) {
+  if (preset->copies == sets) {
+    preset->copies = std::min(budget, kMostCopies);
+  } else if (budget != sets) {
     preset->copies = std::min(preset->copies, budget);
     const int others = budget - preset->copies;
     preset->head_sets = (others + 1) / 2;

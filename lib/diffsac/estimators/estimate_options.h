@@ -4,22 +4,9 @@
 #include <optional>
 #include <string>
 
-#include "diffsac/core/enum_names.h"
+#include "diffsac/estimators/guidance.h"
 
 namespace diffsac {
-
-/// What guides the minimal samples of F, E, H, lines and planes, and what chooses vanishing points.
-///   kNone       "none": no network. PROSAC by ratios or scores, uniform without them
-///   kNetwork    "network": the default: the inlier head of a network and the ratios together order the points, and
-///   half
-///               of the samples are PROSAC's. Lines and planes have none
-///   kDiffusion  "diffusion": the method of the DiffSAC paper: confidences that a reverse diffusion process makes
-enum class Guidance { kNone, kNetwork, kDiffusion };
-/// Their names.
-template <>
-inline constexpr auto kEnumNames<Guidance> = NamesOf<Guidance>({{Guidance::kNone, "none"},
-                                                                {Guidance::kNetwork, "network"},
-                                                                {Guidance::kDiffusion, "diffusion"}});
 
 struct ClassicalOptions;
 struct DiffsacOptions;
@@ -37,8 +24,8 @@ struct EstimateOptions {
   std::optional<double> confidence = {};
   /// Threads of one search; 0: one for each core. Results do not depend on it.
   int num_threads = 1;
-  Guidance guidance = Guidance::kNetwork;
-  /// A folder like the project's models/. Empty: $DIFFSAC_MODELS, then where they were installed.
+  Guidance guidance = Guidance::kNetwork;  ///< Where minimal samples come from.
+  /// A folder like the project's models/, whose networks are used. If empty: those that the library carries.
   std::string models_folder = {};
   std::uint64_t seed = 0;  ///< Seed of all random draws.
   /// Every field is equal.

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "diffsac/core/embedded_models.h"
 #include "diffsac/core/lru_cache.h"
-#include "diffsac/core/resources.h"
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/diffsac_estimator.h"
 #include "diffsac/estimators/diffsac_model.h"
@@ -27,7 +27,9 @@ std::shared_ptr<const DiffsacModel> NetworkOf(const std::string& file, Task task
       file, [&] { return LoadDiffsac(ReadTrainedConfig(file, "diffsac", task), NetworkEngine::kAuto, "cpu"); });
 }
 
-bool HasNetwork(Task task) {
+bool HasNetwork(Task task, Guidance guidance) {
+  if (guidance == Guidance::kNone) return false;
+  if (guidance == Guidance::kDiffusion && (task == Task::kLine || task == Task::kPlane)) return true;
   return task == Task::kFundamental || task == Task::kEssential || task == Task::kHomography;
 }
 
@@ -54,17 +56,21 @@ ScalesFor ScalesOfProblem(const Problem& problem, bool asked) {
 Estimator::Estimator(Task task, const EstimateOptions& options, bool several)
     : task_(task), options_(options), several_(several) {
   options.Check();
+  Require(options.guidance != Guidance::kDiffusion || (!several && HasNetwork(task, options.guidance)), "guidance",
+          "none or network: diffusion has no network for " + std::string(several ? "several models" : ToString(task)));
 }
 
 std::shared_ptr<const RobustEstimator> Estimator::Make(Known known) const {
-  if (several_ || !HasNetwork(task_) || options_.guidance == Guidance::kNone || known == kScores) {
+  Require(options_.guidance != Guidance::kDiffusion || known != kScores, "guidance",
+          "none or network for matches with scores: diffusion's networks know ratios, or neither");
+  if (several_ || !HasNetwork(task_, options_.guidance) || known == kScores) {
     ClassicalOptions preset = several_ ? SeveralStructures(task_) : RecommendedClassical(task_);
     Apply(options_, &preset);
     return std::make_shared<ClassicalEstimator>(preset);
   }
-  DiffsacOptions preset = LearnedProsac(task_);
+  DiffsacOptions preset = options_.guidance == Guidance::kDiffusion ? DiffusionGuided(task_) : LearnedProsac(task_);
   Apply(options_, &preset);
-  const auto network = NetworkOf(FindModel(ModelFile(task_, known == kRatios), options_.models_folder), task_);
+  const auto network = NetworkOf(ModelPlace(ModelFile(task_, known == kRatios), options_.models_folder), task_);
   return std::make_shared<DiffsacEstimator>(network, preset, 1);
 }
 

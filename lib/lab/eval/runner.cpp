@@ -265,7 +265,11 @@ std::vector<std::pair<std::string, std::string>> NetworksOf(const ExperimentOpti
     const std::string path = row.config.Has("checkpoint") ? row.config.Text("checkpoint") : "";
     if (path.empty() || !known.insert(path).second) continue;
     const std::string found = RequiredPath(row.config.Sub("checkpoint"), "checkpoint");
-    networks.emplace_back(EndOf(found), DigestOfFile(found));
+    const std::string_view embedded = EmbeddedModel(found);
+    if (embedded.empty())
+      networks.emplace_back(EndOf(found), DigestOfFile(found));
+    else
+      networks.emplace_back(path, DigestOfText(std::string(embedded)));
   }
   return networks;
 }
