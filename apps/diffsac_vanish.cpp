@@ -59,7 +59,8 @@ void AddOptions(CLI::App* app, Request* request) {
                   "The list ends where the network is less sure than this; 0: eight vanishing points")
       ->check(NumberWithin(0.0, 1.0))
       ->capture_default_str();
-  app->add_flag("!--no-network", options.use_network, "Choose by the length of the segments alone");
+  app->add_flag_callback(
+      "--no-network", [&options] { options.guidance = Guidance::kNone; }, "Choose by the length of the segments alone");
   app->add_option("--picture", request->picture,
                   "Where the picture goes; empty: none. Of several images each has its name added")
       ->capture_default_str();

@@ -50,8 +50,9 @@ Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options
                                             PriorsOfProblem(space, consensus)));
   }
   const auto sampler = SamplerOf(space, Model::kMinimalSize, options, rng);
-  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus,
-                                                      rng.Fork("consensus"), PriorsOfProblem(space, consensus)));
+  return EstimateOf(
+      space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus, rng.Fork("consensus"),
+                                        PriorsOfProblem(space, consensus), options.search_threads));
 }
 
 }  // namespace

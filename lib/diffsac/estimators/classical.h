@@ -16,6 +16,7 @@ struct ClassicalOptions {
   /// budget`, at most so many otherwise (it stands for consensus.max_iterations). The exhaustive method takes every one
   /// of them, unless there are more than this: then it takes this many random ones, as its report's budget shows.
   int max_iterations = 1000;
+  int search_threads = 1;   ///< Threads of one search, 0: all cores. Set by EstimateOptions, not by a key.
   bool exhaustive = false;  ///< Set by the method's type, not by a key.
   /// Where minimal sets come from. PROSAC on data without a quality samples uniformly.
   MinimalSamplerOptions sampling;

@@ -5,27 +5,11 @@
 #include <mutex>
 #include <string>
 
+#include "diffsac/estimators/estimate_options.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/problem.h"
 
 namespace diffsac {
-
-/// What every estimate may be told.
-struct EstimateOptions {
-  static constexpr int kMostIterations = 10'000'000;  ///< Of max_iterations.
-  /// Up to so many minimal samples are drawn (0: what is recommended, 1000 or, for lines and planes, 420); fewer where
-  /// the search is confident earlier.
-  int max_iterations = 0;
-  /// Two views: whether a network says where to draw; without one PROSAC draws by the ratios, or uniformly. Vanishing
-  /// points: whether a network chooses them; without one those of most segments are taken, by length. Of matches with
-  /// scores there is no network: it has learned what ratios say.
-  bool use_network = true;
-  /// Where models are: a folder like the project's models/. Empty: $DIFFSAC_MODELS, then where they were installed.
-  std::string models_folder = {};
-  std::uint64_t seed = 0;  ///< Of all that is drawn.
-  /// Throws Error naming the field and what was expected.
-  void Check() const;
-};
 
 /// What the functions of diffsac.h run, made once for any number of problems of a task:
 ///

@@ -197,7 +197,7 @@ Estimate LearnedEstimator::Consensus(const SolverSpace& space, const Prediction&
   const auto sampler = MakeSampler({space, prediction, Model::kMinimalSize, rng});
   const ConsensusOptions consensus = OptionsOfProblem(space, options_->consensus);
   return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus,
-                                                      rng.Fork("consensus"), priors));
+                                                      rng.Fork("consensus"), priors, options_->search_threads));
 }
 
 Estimate LearnedEstimator::EstimateFrom(const SolverSpace& space, const Prediction& prediction,

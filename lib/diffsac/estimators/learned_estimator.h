@@ -41,7 +41,8 @@ struct LearnedOptions {
   /// Minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training. More find
   /// a good hypothesis at high outlier ratios; the network still sees the best `preference_kept` of them.
   int preference_draws = 0;
-  int batch = 8;  ///< problems a network call
+  int batch = 8;           ///< problems a network call
+  int search_threads = 1;  ///< Threads of one search, 0: all cores. Set by EstimateOptions, not by a key.
   PriorSource inlier_prior_of = PriorSource::kNetwork;
   ConsensusOptions consensus;
   StructureSearchOptions structures;

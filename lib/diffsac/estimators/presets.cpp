@@ -168,6 +168,22 @@ ClassicalOptions VanishingPoints(const std::string& chooser) {
 
 DiffsacOptions PaperDiffsac() { return {}; }
 
+DiffsacOptions DiffusionGuided(Task task) {
+  DiffsacOptions options = PaperDiffsac();
+  if (IsTwoView(task)) {
+    const DiffsacOptions learned = LearnedProsac(task);
+    options.inlier_prior_of = learned.inlier_prior_of;
+    options.consensus = learned.consensus;
+  } else {
+    options.consensus = RecommendedForPoints().consensus;
+  }
+  // As in the networks' trainings.
+  options.max_encoded_points = 512;
+  options.max_decoded_points = IsTwoView(task) ? 128 : 32;
+  options.consensus.stopping = Stopping::kBudget;
+  return options;
+}
+
 std::string ModelFile(Task task, bool rated) {
   const bool own = !rated && (task == Task::kEssential || task == Task::kFundamental);
   return (own ? "without_ratio_" : "") + ToString(task) + "/model.safetensors";

@@ -8,7 +8,9 @@
 #include <numeric>
 #include <optional>
 #include <set>
+#include <string_view>
 
+#include "diffsac/core/embedded_models.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"
@@ -265,7 +267,11 @@ std::vector<std::pair<std::string, std::string>> NetworksOf(const ExperimentOpti
     const std::string path = row.config.Has("checkpoint") ? row.config.Text("checkpoint") : "";
     if (path.empty() || !known.insert(path).second) continue;
     const std::string found = RequiredPath(row.config.Sub("checkpoint"), "checkpoint");
-    networks.emplace_back(EndOf(found), DigestOfFile(found));
+    const std::string_view embedded = EmbeddedModel(found);
+    if (embedded.empty())
+      networks.emplace_back(EndOf(found), DigestOfFile(found));
+    else
+      networks.emplace_back(path, DigestOfText(std::string(embedded)));
   }
   return networks;
 }
