@@ -6,9 +6,6 @@
 #include <bit>
 #include <cstdint>
 #include <memory>
-#include <string>
-
-#include "diffsac/core/enum_names.h"
 
 namespace diffsac {
 
@@ -20,15 +17,6 @@ namespace diffsac {
 ///   kMarginalised        marginalised_msac.h: MSAC over all scales
 ///   kMarginalLikelihood  marginal_likelihood.h: of all residuals at once, σ integrated out
 enum class ScoreKind { kInlierCount, kMsac, kGaussianUniform, kMagsac, kMarginalLikelihood, kMarginalised };
-
-template <>
-inline constexpr auto kEnumNames<ScoreKind> = NamesOf<ScoreKind>({{ScoreKind::kInlierCount, "inlier_count"},
-                                                                  {ScoreKind::kMsac, "msac"},
-                                                                  {ScoreKind::kGaussianUniform, "gaussian_uniform"},
-                                                                  {ScoreKind::kMagsac, "magsac_pp"},
-                                                                  {ScoreKind::kMarginalLikelihood,
-                                                                   "marginal_likelihood"},
-                                                                  {ScoreKind::kMarginalised, "marginalised_msac"}});
 
 /// What a score may ask of the options beside ε; the keys of these act where a score asks.
 struct ScoreNeeds {
