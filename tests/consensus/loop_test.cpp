@@ -8,6 +8,7 @@
 #include "consensus/all_models.h"
 #include "consensus/random_problems.h"
 #include "diffsac/consensus/consensus_options.h"
+#include "diffsac/consensus/option_names.h"
 #include "diffsac/consensus/sample_consensus_impl.h"
 #include "diffsac/core/random.h"
 

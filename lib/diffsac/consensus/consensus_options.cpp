@@ -1,7 +1,7 @@
 #include "diffsac/consensus/consensus_options.h"
 
-#include <algorithm>
-#include <cmath>
+#include "diffsac/consensus/option_names.h"
+#include "diffsac/core/options.h"
 
 namespace diffsac {
 namespace {
@@ -112,40 +112,6 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   BindRefits(*this, b);
   b.Field("block_size", block_size, Within(0, 1e6))
       .Help("sets drawn and scored at a time, 0: from 64 growing to 4096; results do not depend on it");
-}
-
-double AllInlierProbability(std::int64_t inliers, std::int64_t num_points, int set_size) {
-  if (inliers < set_size || num_points < set_size) return 0.0;
-  double probability = 1.0;
-  for (int i = 0; i < set_size; ++i)
-    probability *= static_cast<double>(inliers - i) / static_cast<double>(num_points - i);
-  return std::min(probability, 1.0);
-}
-
-std::int64_t DrawsForConfidence(double probability, double confidence) {
-  if (!(probability > 0.0) || confidence >= 1.0) return probability >= 1.0 ? 1 : kNeverEnough;
-  if (probability >= 1.0 || !(confidence > 0.0)) return 1;
-  // log1p keeps the digits of a small probability.
-  const double draws = std::ceil(std::log1p(-confidence) / std::log1p(-probability));
-  // 2^63 as a double; at and above it the conversion would be undefined.
-  constexpr double kTooMany = 9.2233720368547758e18;
-  return draws < kTooMany ? std::max<std::int64_t>(1, static_cast<std::int64_t>(draws)) : kNeverEnough;
-}
-
-void StoppingRule::Update(std::int64_t inliers) {
-  probability_ = AllInlierProbability(inliers, num_points_, set_size_);
-  needed_ = DrawsForConfidence(probability_, options_.confidence);
-}
-
-bool StoppingRule::Finds(std::int64_t iterations) const {
-  constexpr double kSure = 0.99;
-  return iterations >= DrawsForConfidence(probability_, kSure);
-}
-
-StopReason StoppingRule::After(std::int64_t iterations) const {
-  if (options_.stopping != Stopping::kBudget && iterations >= std::max<std::int64_t>(options_.min_iterations, needed_))
-    return StopReason::kConfidence;
-  return iterations >= options_.max_iterations ? StopReason::kBudget : StopReason::kNotRun;
 }
 
 }  // namespace diffsac

@@ -2,8 +2,6 @@
 
 #include <memory>
 
-#include "diffsac/core/enum_names.h"
-
 namespace diffsac {
 
 /// How a hypothesis is judged; larger is better, never negative. One header each, which has its definition:
@@ -13,13 +11,6 @@ namespace diffsac {
 ///   kMagsac           magsac.h: the loss of MAGSAC++
 ///   kMarginalised     marginalised_msac.h: MSAC over all scales
 enum class ScoreKind { kInlierCount, kMsac, kGaussianUniform, kMagsac, kMarginalised };
-
-template <>
-inline constexpr auto kEnumNames<ScoreKind> = NamesOf<ScoreKind>({{ScoreKind::kInlierCount, "inlier_count"},
-                                                                  {ScoreKind::kMsac, "msac"},
-                                                                  {ScoreKind::kGaussianUniform, "gaussian_uniform"},
-                                                                  {ScoreKind::kMagsac, "magsac_pp"},
-                                                                  {ScoreKind::kMarginalised, "marginalised_msac"}});
 
 /// The constants of one problem, of which each score takes its own; lengths are linear.
 struct ScoreSetting {

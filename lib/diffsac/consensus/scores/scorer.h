@@ -9,8 +9,8 @@
 
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/consensus/scores/score.h"
+#include "diffsac/geometry/bound_block.h"
 #include "diffsac/geometry/model.h"
-#include "diffsac/geometry/square_bounds.h"
 
 namespace diffsac {
 
