@@ -7,7 +7,7 @@ if(BUILD_SHARED_LIBS)
 endif()
 set(DIFFSAC_LAB_ROOMS)
 if(DIFFSAC_LAB)
-  set(DIFFSAC_LAB_ROOMS truth files config colmap data baselines eval images torch train clouds)
+  set(DIFFSAC_LAB_ROOMS options truth files config colmap data baselines eval images torch train clouds)
 endif()
 
 # diffsac_sources(OUT [EXCEPT ...]): every .cpp of the folder and of those in it but these. Looked up at each build, so that a new file

@@ -16,6 +16,7 @@
 #include "diffsac/consensus/samplers/weighted_sampler.h"
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

@@ -10,6 +10,7 @@
 #include "diffsac/consensus/option_names.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "lab/config/yaml.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

@@ -10,6 +10,7 @@
 #include "diffsac/geometry/hyperplane.h"
 #include "geometry/two_view_problems.h"
 #include "lab/config/yaml.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

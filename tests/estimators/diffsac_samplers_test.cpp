@@ -1,4 +1,5 @@
 #include "diffsac/estimators/diffsac_samplers.h"
+#include "diffsac/core/range.h"
 
 #include <catch2/catch.hpp>
 

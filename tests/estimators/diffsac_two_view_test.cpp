@@ -4,6 +4,7 @@
 #include <numeric>
 #include <set>
 
+#include "diffsac/core/range.h"
 #include "diffsac/problem/tasks.h"
 #include "estimators/tiny_network.h"
 #include "lab/data/synthetic_two_view.h"

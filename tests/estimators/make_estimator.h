@@ -5,6 +5,7 @@
 
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
+#include "lab/options/config.h"
 
 namespace diffsac {
 

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "diffsac/core/status.h"
+#include "lab/options/options.h"
 #include "lab/torch/forward_process.h"
 #include "network/captured_log.h"
 #include "network/dummy_model.h"

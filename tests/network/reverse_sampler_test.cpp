@@ -1,3 +1,4 @@
+#include "lab/options/options.h"
 #include "lab/torch/tensor_sampler.h"
 
 #include <torch/torch.h>

@@ -13,6 +13,7 @@
 #include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/synthetic.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

@@ -6,6 +6,7 @@
 
 #include "core/errors.h"
 #include "diffsac/problem/solver_space.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

@@ -5,8 +5,6 @@
 
 namespace diffsac {
 
-class OptionsBinder;
-
 /// Local optimisation of each new best minimal model inside the loop; what scores no higher is dropped.
 ///   kNone            "none"
 ///   kInnerSamples    "lo_ransac": inner sampling from its inliers and iterated least squares (Chum, Matas, Kittler,
@@ -108,7 +106,8 @@ struct ConsensusOptions : StoppingOptions {
   int block_size = 0;
   /// Whether it is one of the two scores.
   bool Uses(ScoreKind kind) const { return score == kind || final_score == kind; }
-  void Bind(OptionsBinder& b);
+  /// Throws Error naming a field that is out of range.
+  void Check() const;
 };
 
 }  // namespace diffsac

@@ -36,4 +36,10 @@ std::string NearestWord(const std::string& word, const std::vector<std::string>&
   return nearest;
 }
 
+std::string OneOf(const std::vector<std::string>& names) {
+  std::string text = names.front();
+  for (std::size_t i = 1; i < names.size(); ++i) text += (i + 1 < names.size() ? ", " : " or ") + names[i];
+  return text;
+}
+
 }  // namespace diffsac

@@ -9,4 +9,7 @@ namespace diffsac {
 /// is none.
 std::string NearestWord(const std::string& word, const std::vector<std::string>& candidates);
 
+/// "a, b or c" for messages; names must not be empty.
+std::string OneOf(const std::vector<std::string>& names);
+
 }  // namespace diffsac

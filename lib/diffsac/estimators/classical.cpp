@@ -57,21 +57,6 @@ Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options
 
 }  // namespace
 
-void ClassicalOptions::Bind(OptionsBinder& b) {
-  b.Field("max_iterations", max_iterations, Within(1, 1e7))
-      .Help("minimal sets: exactly so many, at most with stopping: confidence");
-  b.Field("sampling", sampling).Help("what draws minimal sets");
-  consensus.max_iterations = max_iterations;
-  b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
-  b.Field("structures", structures).Help("whether several models are looked for, and how");
-  b.Field("search_again", search_again).Help("whether a first search that leaves doubts is followed by a second one");
-  b.Require(consensus.max_iterations <= max_iterations, "consensus.max_iterations", "at most `max_iterations`");
-  // One budget: so a setting that says how many draws means the same to this row and to one with a network.
-  max_iterations = consensus.max_iterations;
-  b.Require(consensus.stopping == Stopping::kBudget || consensus.min_iterations <= max_iterations,
-            "consensus.min_iterations", "at most `max_iterations`");
-}
-
 ClassicalOptions LoRansacOptions(Task task) {
   ClassicalOptions options;
   options.consensus.score = ScoreKind::kMsac;
@@ -86,7 +71,8 @@ ClassicalOptions LoRansacOptions(Task task) {
 }
 
 ClassicalEstimator::ClassicalEstimator(const ClassicalOptions& options) : options_(options) {
-  CheckOptions(options);
+  if (options.max_iterations < 1) throw Error("max_iterations: expected at least 1");
+  options.consensus.Check();
   LoadChooser(&options_.structures);
 }
 

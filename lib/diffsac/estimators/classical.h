@@ -5,7 +5,6 @@
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/consensus/structures/structures.h"
-#include "diffsac/core/options.h"
 #include "diffsac/estimators/robust_estimator.h"
 
 namespace diffsac {
@@ -24,7 +23,6 @@ struct ClassicalOptions {
   StructureSearchOptions structures;
   /// Whether there is a second search where the first one leaves doubts (second_search.h). Not for several models.
   bool search_again = false;
-  void Bind(OptionsBinder& b);
 };
 
 /// MSAC, local optimisation, iterated refits (Chum, Matas, Kittler 2003), and the model's own nonlinear refinement

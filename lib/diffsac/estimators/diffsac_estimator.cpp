@@ -28,7 +28,7 @@ DenoisingOptions DenoisingOf(const DiffsacOptions& options) {
 DiffsacEstimator::DiffsacEstimator(std::shared_ptr<const DiffsacModel> network, const DiffsacOptions& options,
                                    int threads)
     : DiffsacEstimator(std::move(network), std::make_shared<const DiffsacOptions>(WithBudget(options)), threads) {
-  CheckOptions(options);
+  options.consensus.Check();
   CheckServes(options, *network_);
 }
 

@@ -26,7 +26,7 @@ void CheckDevice(const std::string& device) { OnCpu(device); }
 std::shared_ptr<const DiffsacModel> LoadDiffsac(const TrainedConfig& trained, NetworkEngine engine,
                                                 const std::string& device) {
   const bool on_cpu = OnCpu(device);
-  const auto options = ReadStoredOptions<NetworkOptions>(trained.config.Sub("network"));
+  const NetworkOptions options = ReadNetworkOptions(GroupOf(trained, "network"));
   // A block holds a matrix of its width at least.
   RequireWeights(trained.checkpoint, std::int64_t{options.denoiser.encoder_layers + options.denoiser.layers} *
                                          options.denoiser.width * options.denoiser.width);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
+#include "diffsac/core/enum_names.h"
 #include "diffsac/core/registry.h"
 #include "diffsac/estimators/learned_model.h"
 #include "diffsac/network/diffusion/noise_schedule.h"

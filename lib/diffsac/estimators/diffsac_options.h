@@ -1,7 +1,8 @@
 #pragma once
 
 #include "diffsac/consensus/samplers/make_minimal_sampler.h"
-#include "diffsac/core/options.h"
+#include "diffsac/core/enum_names.h"
+#include "diffsac/core/range.h"
 #include "diffsac/estimators/diffsac_model.h"
 #include "diffsac/estimators/learned_estimator.h"
 #include "diffsac/network/diffusion/reverse_sampler.h"
@@ -57,7 +58,6 @@ struct DiffsacOptions : LearnedOptions {
   NetworkEngine engine = NetworkEngine::kAuto;
 
   DiffsacOptions() { batch = 32; }
-  void Bind(OptionsBinder& b);
   /// The sets that the row asks for, which is the budget.
   int Sets() const { return copies + head_sets + extra_sets; }
   /// Whether earlier predictions may stand behind the copies': only top-γ of unique sets runs out of new ones.

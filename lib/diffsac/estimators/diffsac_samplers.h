@@ -6,7 +6,7 @@
 
 #include "diffsac/consensus/samplers/confidence_sampler.h"
 #include "diffsac/consensus/samplers/weighted_sampler.h"
-#include "diffsac/core/options.h"
+#include "diffsac/core/range.h"
 
 namespace diffsac {
 

@@ -40,22 +40,6 @@ Eigen::VectorXd InlierPriors(const SolverSpace& space, const std::vector<float>&
   return (of_ratio.array() * network.array()).sqrt();
 }
 
-void LearnedOptions::BindShared(OptionsBinder& b) {
-  b.Field("feature_hypotheses", feature_hypotheses)
-      .Help("score the hypotheses that the features were made from as well (they are paid for and counted)");
-  b.Field("preference_draws", preference_draws, Within(0, 1e5))
-      .Help("minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training");
-  b.Field("batch", batch, Within(1, 4096)).Help("problems a network call");
-  b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
-  b.Field("structures", structures).Help("whether several models are looked for, and how");
-  b.Field("search_again", search_again).Help("whether a first search that leaves doubts is followed by a second one");
-  b.Field("inlier_prior_of", inlier_prior_of)
-      .OnlyIf(consensus.inlier_prior_power > 0.0, "consensus.inlier_prior_power above 0")
-      .Help(
-          "whose probabilities weigh the points in scores; both: their geometric mean; but for network points weigh "
-          "alike where there are no ratios");
-}
-
 LearnedEstimator::LearnedEstimator(std::shared_ptr<const LearnedModel> network,
                                    std::shared_ptr<const LearnedOptions> options, int threads)
     : network_(std::move(network)),

@@ -11,7 +11,7 @@
 #include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/consensus/structures/structures.h"
-#include "diffsac/core/options.h"
+#include "diffsac/core/enum_names.h"
 #include "diffsac/estimators/learned_model.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/tasks.h"
@@ -48,10 +48,6 @@ struct LearnedOptions {
   StructureSearchOptions structures;
   /// As ClassicalOptions::search_again.
   bool search_again = false;
-
- protected:
-  /// All but weighted_fit, whose key is the method's.
-  void BindShared(OptionsBinder& b);
 };
 
 /// What the network said of one problem; consensus is a function of this alone, bit for bit.

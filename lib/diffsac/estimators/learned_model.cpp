@@ -1,7 +1,6 @@
 #include "diffsac/estimators/learned_model.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <limits>
 
@@ -26,23 +25,20 @@ std::int64_t Product(std::int64_t a, std::int64_t b) {
   return __builtin_mul_overflow(a, b, &product) ? std::numeric_limits<std::int64_t>::max() : product;
 }
 
-std::int64_t CountOf(const Config& config, const char* key) {
-  if (!config.Has(key)) return 0;
-  const std::string text = config.Text(key);
+std::int64_t CountOf(const StoredOptions& stored, const char* key) {
   std::int64_t count = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
-  if (error != std::errc() || end != text.data() + text.size() || count < 0)
-    throw Error(config.Where(key) + ": expected a whole number");
+  stored.Read(key, &count, 0, 9e18);
   return count;
 }
 
-TrainingFacts FactsOf(const CheckpointInfo& info, const Config& config) {
-  const Config train = config.Sub("train");
+TrainingFacts FactsOf(const CheckpointInfo& info, const StoredOptions& train) {
   const std::int64_t batch = CountOf(train, "batch_size");
   TrainingFacts facts;
   facts.samples = Product(info.iteration, batch);
   facts.run_samples = Product(CountOf(train, "iterations"), batch);
-  if (train.Has("start_from")) facts.start = NetworkName(train.Text("start_from"));
+  std::string start;
+  train.Read("start_from", &start);
+  if (!start.empty()) facts.start = NetworkName(start);
   return facts;
 }
 
@@ -53,17 +49,20 @@ Task TaskOf(const CheckpointInfo& info, const std::string& checkpoint) {
   return TaskFromString(info.task);
 }
 
-std::string TextOr(const Config& config, const char* key, const char* absent) {
-  return config.Has(key) ? config.Text(key) : absent;
-}
-
 }  // namespace
 
 TrainedConfig ReadTrainedConfig(const std::string& checkpoint) {
   const auto info = ReadCheckpointInfo(checkpoint);
-  const auto config = CheckpointConfig(info, checkpoint);
-  return {checkpoint, info.method,          TaskOf(info, checkpoint), config, TextOr(config, "model", ""),
-          info.seed,  FactsOf(info, config)};
+  const std::string text = ConfigText(info, checkpoint);
+  const StoredOptions config(text, ConfigName(checkpoint));
+  std::string model;
+  config.Read("model", &model);
+  return {checkpoint, info.method, TaskOf(info, checkpoint),          text,
+          model,      info.seed,   FactsOf(info, config.Sub("train"))};
+}
+
+StoredOptions GroupOf(const TrainedConfig& trained, const char* key) {
+  return StoredOptions(trained.config, ConfigName(trained.checkpoint)).Sub(key);
 }
 
 void CheckTrainedFor(const TrainedConfig& trained, const std::string& method, Task task) {

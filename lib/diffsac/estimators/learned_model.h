@@ -4,7 +4,7 @@
 #include <limits>
 #include <string>
 
-#include "diffsac/core/options.h"
+#include "diffsac/core/stored_options.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/problem.h"
@@ -34,12 +34,14 @@ struct TrainedConfig {
   std::string checkpoint;  ///< Its file.
   std::string method;      ///< That trained it.
   Task task{};
-  Config config;
-  std::string model;  ///< By which of the task's models its minimal sets are solved; empty: the task's own.
+  std::string config;  ///< JSON.
+  std::string model;   ///< By which of the task's models its minimal sets are solved; empty: the task's own.
   std::uint64_t seed = 0;
   TrainingFacts facts;  ///< Without the number of parameters, which the network knows.
 };
 
+/// A group of the configuration. Throws Error as StoredOptions does.
+StoredOptions GroupOf(const TrainedConfig& trained, const char* key);
 /// Throws Error naming the file when it is no checkpoint.
 TrainedConfig ReadTrainedConfig(const std::string& checkpoint);
 /// Throws Error naming the file when it was trained by another method or for another task.

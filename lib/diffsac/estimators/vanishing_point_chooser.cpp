@@ -27,7 +27,7 @@ std::string PlaceOf(const std::string& file) {
 
 std::shared_ptr<const SetScorer> LoadScorer(const std::string& file) {
   const TrainedConfig trained = ReadTrainedConfig(file, kMethod, Task::kVanishingPoint);
-  const auto options = ReadStoredOptions<SetScorerOptions>(trained.config.Sub("network"));
+  const SetScorerOptions options = ReadSetScorerOptions(GroupOf(trained, "network"));
   RequireWeights(file, std::int64_t{options.layers} * options.width * options.width);
   SafetensorsFile checkpoint = OpenCheckpoint(file);
   const auto read = [&](const std::string& name, const std::vector<std::int64_t>& shape, std::span<float> values) {

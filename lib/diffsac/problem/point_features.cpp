@@ -52,40 +52,6 @@ Columns ColumnsOf(const PointFeaturesOptions& options) {
 
 }  // namespace
 
-void PointFeaturesOptions::Bind(OptionsBinder& b) {
-  b.Field("kinds", kinds)
-      .Help(
-          "their columns stand side by side in this order, those of the coordinates once; ratios, neighborhoods, "
-          "descriptors and similarities are for two views");
-  const bool descriptors = Has(PointFeature::kDescriptors), preference = Has(PointFeature::kPreference);
-  b.Field("use_calibration", use_calibration)
-      .OnlyIf(kinds != std::vector{PointFeature::kPreference}, "other kinds than [preference]")
-      .Help("two views: coordinates of the calibrated camera where it is known; else by the images' sizes");
-  b.Field("descriptor_size", descriptor_size, Within(1, 4096))
-      .OnlyIf(descriptors, "kinds: [coordinates_descriptors]")
-      .Help("values of one descriptor (128 for SIFT: the paper's 260 columns)");
-  b.Field("descriptors_required", descriptors_required)
-      .OnlyIf(descriptors, "kinds: [coordinates_descriptors]")
-      .Help("a problem without descriptors is an error; else its columns are 0");
-  b.Field("preference_draws", preference_draws, Within(1, 1e5))
-      .OnlyIf(preference, "kinds: [preference]")
-      .Help("minimal sets that are drawn");
-  b.Field("preference_kept", preference_kept, Within(1, 4096))
-      .OnlyIf(preference, "kinds: [preference]")
-      .Help("how many of the best-scored are kept as columns");
-  b.Field("preference_from", preference_from)
-      .OnlyIf(preference, "kinds: [preference]")
-      .Help("`uniform`: random sets; `napsac`: a point and its neighbours, for structures that lie apart");
-  b.Field("preference_choice", preference_choice)
-      .OnlyIf(preference, "kinds: [preference]")
-      .Help(
-          "`best`: those of highest score; `spread`: each adds most to what the earlier ones explain, so that no "
-          "structure takes all columns");
-  b.Require(!kinds.empty(), "kinds",
-            "at least one of coordinates, coordinates_ratio, neighborhood, coordinates_descriptors, similarity, "
-            "preference");
-}
-
 bool PointFeaturesOptions::Has(PointFeature kind) const {
   return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
 }

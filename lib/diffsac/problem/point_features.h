@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
+#include "diffsac/core/enum_names.h"
 #include "diffsac/core/random.h"
 #include "diffsac/problem/solver_space.h"
 
@@ -68,7 +68,6 @@ struct PointFeaturesOptions {
   int preference_kept = 16;
   PreferenceDraws preference_from = PreferenceDraws::kUniform;
   PreferenceChoice preference_choice = PreferenceChoice::kBest;
-  void Bind(OptionsBinder& b);
   bool Has(PointFeature kind) const;
 };
 

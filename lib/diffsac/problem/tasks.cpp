@@ -1,6 +1,7 @@
 #include "diffsac/problem/tasks.h"
 
 #include "diffsac/consensus/model_hooks.h"
+#include "diffsac/core/nearest_word.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -11,27 +12,11 @@ std::vector<std::string> Names(TypeList<Types...>) {
   return {kModelName<Types>...};
 }
 
-// "a, b or c"
-std::string OneOf(const std::vector<std::string>& names) {
-  std::string text = names.front();
-  for (std::size_t i = 1; i < names.size(); ++i) text += (i + 1 < names.size() ? ", " : " or ") + names[i];
-  return text;
-}
-
 // Its place, or -1.
 int Find(const std::vector<std::string>& names, const std::string& name) {
   for (std::size_t i = 0; i < names.size(); ++i)
     if (names[i] == name) return static_cast<int>(i);
   return -1;
-}
-
-// For the documentation: "Of `fundamental`: fundamental or fundamental8".
-std::string TasksWithSeveral() {
-  std::string text;
-  for (const std::string& task : TaskNames())
-    if (const auto names = ModelNames(TaskFromString(task)); names.size() > 1)
-      text += (text.empty() ? "Of `" : "; of `") + task + "`: " + OneOf(names);
-  return text;
 }
 
 }  // namespace
@@ -69,13 +54,6 @@ TaskModel ModelFromString(Task task, const std::string& name) {
   const int place = Find(names, name);
   if (place < 0) throw Error("model '" + name + "' is none of task " + ToString(task) + ": expected " + OneOf(names));
   return {task, place};
-}
-
-void BindModel(OptionsBinder& b, Task task, std::string* model) {
-  const std::vector<std::string> names = ModelNames(task);
-  b.Field("model", *model)
-      .Help("by which of the task's models minimal sets are solved; empty: its own. " + TasksWithSeveral());
-  b.Require(model->empty() || Find(names, *model) >= 0, "model", OneOf(names) + " for task " + ToString(task));
 }
 
 std::string ToString(const TaskModel& model) {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/core/options.h"
+#include "diffsac/core/enum_names.h"
 #include "diffsac/problem/absolute_pose_task.h"
 #include "diffsac/problem/essential_task.h"
 #include "diffsac/problem/fundamental_task.h"
@@ -92,8 +92,6 @@ std::string ToString(const TaskModel& model);
 /// The names of a task's models, its own first.
 std::vector<std::string> ModelNames(Task task);
 int MinimalSetSize(const TaskModel& model);
-/// The key `model`: the name of one of a task's models, "" for its own.
-void BindModel(OptionsBinder& b, Task task, std::string* model);
 
 /// kOk, or why no estimator can solve this model from the points: those of CheckPoints, kDegenerate without what the
 /// task needs.

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/core/options.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

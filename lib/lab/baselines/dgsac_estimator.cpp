@@ -6,6 +6,7 @@
 #include "diffsac/estimators/task_dispatch.h"
 #include "lab/baselines/dgsac.h"
 #include "lab/config/estimator_registry.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

@@ -4,6 +4,7 @@
 #include "diffsac/estimators/task_dispatch.h"
 #include "lab/baselines/opencv_usac.h"
 #include "lab/config/estimator_registry.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

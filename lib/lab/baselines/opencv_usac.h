@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/estimators/robust_estimator.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

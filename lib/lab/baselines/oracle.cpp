@@ -2,6 +2,7 @@
 
 #include "diffsac/estimators/task_dispatch.h"
 #include "lab/config/estimator_registry.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <tuple>
 
-#include "diffsac/core/options.h"
 #include "diffsac/estimators/robust_estimator.h"
+#include "lab/options/options.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {

@@ -2,10 +2,10 @@
 #include <array>
 #include <cmath>
 
-#include "diffsac/core/options.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/estimators/task_dispatch.h"
 #include "lab/config/estimator_registry.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "diffsac/core/config_tree.h"
 #include "lab/config/yaml.h"
+#include "lab/options/config_tree.h"
 
 namespace diffsac {
 namespace {

@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/core/config_tree.h"
 #include "diffsac/core/status.h"
 #include "lab/config/paths.h"
 #include "lab/config/tree_edits.h"
+#include "lab/options/config_tree.h"
 
 namespace diffsac {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "diffsac/core/options.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

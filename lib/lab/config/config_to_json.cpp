@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "diffsac/core/config_tree.h"
+#include "lab/options/config_tree.h"
 
 namespace diffsac {
 namespace {

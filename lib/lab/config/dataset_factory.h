@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/core/options.h"
+#include "lab/options/options.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/core/registry.h"
 #include "lab/config/typed_options.h"
 #include "lab/config/yaml.h"
+#include "lab/options/options.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {

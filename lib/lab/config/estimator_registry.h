@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/core/registry.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/typed_options.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 
@@ -40,7 +40,7 @@ struct PresetKeys {
   void Bind(OptionsBinder& b) {
     std::string preset = presets.empty() ? "" : presets.front();
     TypedOptions<Options>::BindPreset(b, presets, &preset);
-    options.Bind(b);
+    BindAny(b, options);
   }
 };
 

@@ -3,9 +3,9 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/core/options.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "lab/config/table_row.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/core/config.h"
 #include "diffsac/core/status.h"
+#include "lab/options/config.h"
 
 namespace diffsac {
 

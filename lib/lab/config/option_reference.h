@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/core/options.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

@@ -4,10 +4,10 @@
 #include <array>
 #include <filesystem>
 
-#include "diffsac/core/config_tree.h"
 #include "diffsac/core/embedded_models.h"
 #include "diffsac/core/status.h"
 #include "lab/config/resources.h"
+#include "lab/options/config_tree.h"
 
 namespace diffsac {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/config.h"
+#include "lab/options/config.h"
 
 namespace diffsac {
 

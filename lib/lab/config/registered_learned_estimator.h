@@ -8,6 +8,8 @@
 #include "diffsac/estimators/learned_model.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/estimator_registry.h"
+#include "lab/options/config_json.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 
@@ -18,7 +20,7 @@ struct LearnedKeys {
   Task task;
   void Bind(OptionsBinder& b) {
     BindModel(b, task, &options.model);
-    options.Bind(b);
+    BindAny(b, options);
   }
 };
 
@@ -77,7 +79,7 @@ struct RegisteredLearnedEstimator : Registered<EstimatorEntry> {
                            const std::string& preset) {
     const bool named = !presets.names.empty() && preset != presets.names.front();
     Options options =
-        named ? presets.options(trained.task, preset) : ReadStoredOptions(trained.config.Sub("inference"), defaults);
+        named ? presets.options(trained.task, preset) : ReadStoredOptions(ConfigOf(trained).Sub("inference"), defaults);
     options.model = trained.model;
     return options;
   }

@@ -2,8 +2,8 @@
 
 #include <initializer_list>
 
-#include "diffsac/core/config.h"
 #include "diffsac/estimators/learned_model.h"
+#include "lab/options/config.h"
 
 namespace diffsac {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/config_tree.h"
+#include "lab/options/config_tree.h"
 
 namespace diffsac {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 
@@ -18,7 +18,7 @@ struct TypedOptions {
   void Bind(OptionsBinder& b) {
     b.Choice("type", type, std::vector<std::string>{type});
     BindPreset(b, presets, &preset);
-    options.Bind(b);
+    BindAny(b, options);
   }
   static void BindPreset(OptionsBinder& b, const std::vector<std::string>& presets, std::string* preset) {
     if (!presets.empty()) b.Choice("preset", *preset, presets).Help("the options that the keys below change");

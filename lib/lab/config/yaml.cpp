@@ -12,6 +12,7 @@
 #include "diffsac/core/registry.h"
 #include "diffsac/core/status.h"
 #include "diffsac/network/engine/checkpoint_info.h"
+#include "lab/config/config_to_json.h"
 #include "lab/files/files.h"
 
 namespace diffsac {
@@ -260,7 +261,9 @@ std::string ToYaml(const Config& config) {
 namespace {
 
 // Checkpoints of earlier versions hold YAML.
-const Registered<CheckpointConfigReader> kYaml("yaml", {ConfigFromYaml});
+const Registered<CheckpointConfigReader> kYaml("yaml", {[](const std::string& text, const std::string& name) {
+                                                 return ToJson(ConfigFromYaml(text, name));
+                                               }});
 
 }  // namespace
 

@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "diffsac/core/config.h"
-#include "diffsac/core/config_tree.h"
-#include "diffsac/core/options.h"
+#include "lab/options/config.h"
+#include "lab/options/config_tree.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

@@ -23,6 +23,7 @@
 #include "lab/data/pair_scenes.h"
 #include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
+#include "lab/options/options.h"
 #include "lab/truth/task_truth.h"
 
 namespace diffsac {

@@ -24,6 +24,7 @@
 #include "lab/data/pair_scenes.h"
 #include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

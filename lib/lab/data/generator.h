@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <string>
 
-#include "diffsac/core/options.h"
 #include "diffsac/core/random.h"
+#include "lab/options/options.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {

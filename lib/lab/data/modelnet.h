@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/synthetic_matches.h"
 #include "lab/data/virtual_views.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "diffsac/core/config_tree.h"
 #include "diffsac/core/status.h"
 #include "lab/data/finite_points.h"
+#include "lab/options/config_tree.h"
 #include "lab/truth/pair_truth.h"
 
 namespace diffsac {

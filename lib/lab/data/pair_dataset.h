@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/finite_points.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_scenes.h"
+#include "lab/options/options.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/core/random.h"
+#include "lab/options/options.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {

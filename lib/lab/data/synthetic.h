@@ -3,9 +3,9 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/core/options.h"
 #include "lab/data/box_section.h"
 #include "lab/data/generator.h"
+#include "lab/options/options.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {

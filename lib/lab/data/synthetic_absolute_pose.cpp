@@ -13,6 +13,7 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_registry.h"
 #include "lab/data/generator.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

@@ -3,10 +3,10 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/core/random.h"
 #include "lab/data/generator.h"
 #include "lab/data/virtual_views.h"
+#include "lab/options/options.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {

@@ -4,11 +4,11 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/core/options.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/box_section.h"
 #include "lab/data/generator.h"
 #include "lab/data/structure_sizes.h"
+#include "lab/options/options.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {

@@ -4,10 +4,10 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/core/options.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/synthetic_matches.h"
 #include "lab/data/virtual_views.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

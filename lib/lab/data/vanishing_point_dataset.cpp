@@ -14,6 +14,7 @@
 #include "lab/data/pair_scenes.h"
 #include "lab/data/structure_sizes.h"
 #include "lab/files/segment_files.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

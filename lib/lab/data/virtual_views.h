@@ -3,10 +3,10 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "diffsac/core/options.h"
 #include "diffsac/core/random.h"
 #include "diffsac/problem/image_pair.h"
 #include "diffsac/problem/problem.h"
+#include "lab/options/options.h"
 #include "lab/truth/pair_truth.h"
 
 namespace diffsac {

@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/make_estimator.h"
 #include "lab/eval/metrics.h"
+#include "lab/options/options.h"
 #include "lab/truth/task_truth.h"
 
 namespace diffsac {

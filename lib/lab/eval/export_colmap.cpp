@@ -15,6 +15,7 @@
 #include "lab/data/pair_dataset.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_scenes.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

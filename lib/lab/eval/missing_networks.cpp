@@ -12,13 +12,14 @@
 #include <thread>
 #include <utility>
 
-#include "diffsac/core/config_tree.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/network/engine/checkpoint_info.h"
 #include "lab/config/process.h"
 #include "lab/config/yaml.h"
 #include "lab/files/text_scan.h"
+#include "lab/options/config_json.h"
+#include "lab/options/config_tree.h"
 
 namespace diffsac {
 namespace {

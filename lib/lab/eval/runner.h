@@ -7,6 +7,7 @@
 
 #include "lab/config/table_row.h"
 #include "lab/eval/results.h"
+#include "lab/options/config.h"
 
 namespace diffsac {
 

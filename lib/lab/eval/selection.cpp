@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "diffsac/core/config_tree.h"
 #include "diffsac/core/status.h"
+#include "lab/options/config_tree.h"
 
 namespace diffsac {
 namespace {

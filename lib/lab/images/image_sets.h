@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "lab/images/run_pairs.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

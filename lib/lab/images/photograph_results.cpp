@@ -26,6 +26,7 @@
 #include "lab/files/files.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/thumbnail.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

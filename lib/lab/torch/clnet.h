@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/problem/point_features.h"
+#include "lab/options/options.h"
 #include "lab/torch/context_block.h"
 #include "lab/torch/weight_network.h"
 

@@ -3,6 +3,7 @@
 #include <torch/torch.h>
 
 #include "diffsac/core/status.h"
+#include "lab/options/options.h"
 #include "lab/torch/block_denoiser.h"
 #include "lab/torch/point_transformer.h"
 

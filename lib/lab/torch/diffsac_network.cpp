@@ -21,7 +21,7 @@ torch::Tensor DiffsacNetwork::Confidence(const torch::Tensor& output) const {
 }
 
 std::shared_ptr<DiffsacNetwork> LoadNetwork(const TrainedConfig& trained, const torch::Device& device) {
-  const auto options = ReadStoredOptions<NetworkOptions>(trained.config.Sub("network"));
+  const NetworkOptions options = ReadNetworkOptions(GroupOf(trained, "network"));
   auto network = std::make_shared<DiffsacNetwork>(trained.task, options, Rng(trained.seed));
   network->Load(trained, device);
   return network;

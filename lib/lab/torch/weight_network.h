@@ -6,6 +6,8 @@
 #include "diffsac/estimators/learned_estimator.h"
 #include "diffsac/network/engine/checkpoint_info.h"
 #include "lab/config/make_estimator.h"
+#include "lab/options/config_json.h"
+#include "lab/options/options.h"
 #include "lab/torch/learned_network.h"
 #include "lab/torch/point_batch.h"
 
@@ -35,7 +37,7 @@ std::shared_ptr<LearnedWeights> MakeLearnedWeights(Task task, const typename Net
 /// Those of a checkpoint that Network's method trained. Throws Error naming the file.
 template <class Network>
 std::shared_ptr<LearnedWeights> LoadLearnedWeights(const TrainedConfig& trained, const torch::Device& device) {
-  const auto options = ReadStoredOptions<typename Network::Options>(trained.config.Sub("network"));
+  const auto options = ReadStoredOptions<typename Network::Options>(ConfigOf(trained).Sub("network"));
   RequireWeights(trained.checkpoint, options.LeastWeights());
   auto weights = MakeLearnedWeights<Network>(trained.task, options, Rng(trained.seed));
   weights->Load(trained, device);

@@ -26,7 +26,7 @@ void WeightedEstimatorOptions::Bind(OptionsBinder& b) {
           "minimal sets drawn with the weights, without replacement within a set; repeated ones are solved as well; "
           "exactly so many, or with consensus.stopping: confidence at most");
   b.Field("weighted_fit", weighted_fit).Help("add one weighted non-minimal fit with the weights of all points");
-  BindShared(b);
+  BindShared(b, *this);
   b.Require(max_iterations > 0 || weighted_fit, "max_iterations", "at least 1 where weighted_fit is false");
   b.Require(consensus.min_iterations <= max_iterations, "consensus.min_iterations", "at most `max_iterations`");
 }

@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/core/options.h"
 #include "diffsac/estimators/learned_estimator.h"
+#include "lab/options/options.h"
 #include "lab/torch/weight_network.h"
 
 namespace diffsac {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "diffsac/core/parallel.h"
+#include "lab/options/options.h"
 #include "lab/torch/clnet.h"
 #include "lab/train/batch_tensors.h"
 #include "lab/train/consensus_loss.h"

@@ -7,6 +7,7 @@
 #include "lab/config/estimator_registry.h"
 #include "lab/config/option_reference.h"
 #include "lab/eval/experiment.h"
+#include "lab/options/options.h"
 #include "lab/train/learner.h"
 
 namespace diffsac {

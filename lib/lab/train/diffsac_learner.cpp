@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "diffsac/estimators/diffsac_estimator.h"
+#include "lab/options/options.h"
 #include "lab/torch/diffsac_network.h"
 #include "lab/torch/forward_process.h"
 #include "lab/torch/losses.h"

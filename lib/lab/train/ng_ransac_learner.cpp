@@ -7,6 +7,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/estimators/task_dispatch.h"
 #include "lab/eval/metrics.h"
+#include "lab/options/options.h"
 #include "lab/torch/ng_ransac.h"
 #include "lab/train/batch_tensors.h"
 #include "lab/train/expected_loss.h"

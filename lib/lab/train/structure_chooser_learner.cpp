@@ -10,6 +10,7 @@
 #include "diffsac/estimators/vanishing_point_chooser.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/problem/vanishing_point_pool.h"
+#include "lab/options/options.h"
 #include "lab/torch/set_scorer_module.h"
 #include "lab/train/learner.h"
 #include "lab/truth/task_truth.h"

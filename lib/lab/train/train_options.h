@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/problem.h"
 #include "lab/eval/metrics.h"
+#include "lab/options/options.h"
 #include "lab/train/training_source.h"
 #include "lab/truth/labels.h"
 

@@ -3,7 +3,7 @@
 #include <atomic>
 #include <string>
 
-#include "diffsac/core/options.h"
+#include "lab/options/options.h"
 #include "lab/train/train_options.h"
 
 namespace diffsac {

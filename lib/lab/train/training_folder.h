@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "diffsac/core/options.h"
 #include "lab/config/run_lock.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

@@ -1,6 +1,7 @@
 #include "diffsac/core/status.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
+#include "lab/options/options.h"
 #include "lab/train/training_source.h"
 
 namespace diffsac {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/problem.h"
+#include "lab/options/options.h"
 #include "lab/train/two_view_transform.h"
 #include "lab/truth/labels.h"
 

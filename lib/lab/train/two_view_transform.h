@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/core/random.h"
 #include "diffsac/problem/point_features.h"
+#include "lab/options/options.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "lab/eval/metrics.h"
+#include "lab/options/options.h"
 #include "lab/train/train_options.h"
 
 namespace diffsac {

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "lab/options/options.h"
 #include "lab/torch/weighted_estimator.h"
 #include "lab/train/network_learner.h"
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
+#include "lab/options/options.h"
 #include "lab/truth/example.h"
 
 namespace diffsac {

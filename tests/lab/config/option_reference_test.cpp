@@ -1,4 +1,5 @@
 #include "lab/config/option_reference.h"
+#include "lab/options/options.h"
 
 #include <catch2/catch.hpp>
 

@@ -17,6 +17,7 @@
 #include "lab/data/synthetic.h"
 #include "lab/data/write_point_sets.h"
 #include "lab/files/files.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

@@ -1,4 +1,5 @@
 #include "lab/data/synthetic_structures.h"
+#include "diffsac/core/range.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,5 @@
 #include "lab/data/synthetic_two_view.h"
+#include "diffsac/core/range.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -14,6 +14,7 @@
 #include "lab/eval/run_files.h"
 #include "lab/eval/runner.h"
 #include "lab/files/files.h"
+#include "lab/options/config.h"
 
 namespace diffsac::testing {
 

@@ -14,6 +14,7 @@
 #include "lab/eval/run_files.h"
 #include "lab/eval/selection.h"
 #include "lab/files/files.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 namespace {

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "lab/config/yaml.h"
+#include "lab/options/options.h"
 #include "lab/torch/test_networks.h"
 
 namespace diffsac {

@@ -6,6 +6,7 @@
 
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
+#include "lab/options/options.h"
 #include "lab/torch/checkpoint.h"
 #include "lab/torch/clnet.h"
 #include "lab/torch/ng_ransac.h"

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/core/options.h"
 #include "lab/config/yaml.h"
+#include "lab/options/options.h"
 #include "lab/train/trainer.h"
 
 namespace diffsac {

@@ -1,4 +1,5 @@
 #include "lab/truth/labels.h"
+#include "lab/options/options.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,5 @@
 #include "lab/config/yaml.h"
+#include "lab/options/options.h"
 #include "lab/truth/labels.h"
 
 #include <algorithm>

@@ -20,17 +20,6 @@ void CheckLength(const std::string& sampler, const char* what, std::span<const d
 
 }  // namespace
 
-void MinimalSamplerOptions::Bind(OptionsBinder& b) {
-  b.Field("sampler", sampler)
-      .Help(
-          "what draws minimal sets; prosac needs matching ratios, p_napsac uses them, weighted draws longer segments "
-          "(vanishing_point) more often; edges and edge_ratios, of clouds, draw matches whose lengths agree, or do so "
-          "by one scale");
-  b.Field("napsac_neighbors", napsac_neighbors, Within(1, 1e5))
-      .OnlyIf(sampler == MinimalSamplerKind::kNapsac, "sampler: napsac")
-      .Help("how many nearest points count as neighbours");
-}
-
 std::unique_ptr<MinimalSampler> MakeMinimalSampler(const MinimalSamplerOptions& options, const PointMatrix& points,
                                                    int set_size, const Rng& rng, std::span<const double> quality,
                                                    std::span<const double> weights, double threshold) {

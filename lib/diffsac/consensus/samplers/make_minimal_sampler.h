@@ -5,7 +5,7 @@
 #include <span>
 
 #include "diffsac/consensus/samplers/minimal_sampler.h"
-#include "diffsac/core/options.h"
+#include "diffsac/core/enum_names.h"
 #include "diffsac/geometry/points.h"
 
 namespace diffsac {
@@ -38,7 +38,6 @@ inline constexpr auto kEnumNames<MinimalSamplerKind> =
 struct MinimalSamplerOptions {
   MinimalSamplerKind sampler = MinimalSamplerKind::kUniform;
   int napsac_neighbors = 20;  ///< napsac: how many nearest points count as neighbours.
-  void Bind(OptionsBinder& b);
 };
 
 /// The sampler for one problem; borrows nothing. quality: one number a point, lower is better (a matching ratio);

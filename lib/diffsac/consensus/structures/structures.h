@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/core/options.h"
+#include "diffsac/core/enum_names.h"
 #include "diffsac/geometry/points.h"
 
 namespace diffsac {
@@ -71,7 +71,6 @@ struct StructureSearchOptions {
   std::string chooser;           ///< Of kChosen: the file of its network.
   double least_value = 0.0;      ///< Of kChosen: a structure is taken of which it is so sure.
   std::shared_ptr<const StructureChooser> chosen_by = {};  ///< Of kChosen, by whoever read that file.
-  void Bind(OptionsBinder& b);
   bool Several() const { return search != StructureSearch::kOne; }
 };
 

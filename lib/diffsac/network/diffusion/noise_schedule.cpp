@@ -64,31 +64,23 @@ std::string TerminalSnrText(const std::string& kind, int steps, double snr) {
          "zero_terminal_snr";
 }
 
-}  // namespace
-
-void NoiseScheduleOptions::Bind(OptionsBinder& b) {
-  b.Field("kind", kind)
-      .Help(
-          "`cosine`; `linear`, made for T = 1000: with T = 100 the last step still shows the labels, so it warns; "
-          "`linear_scaled`: linear with both ends times 1000/T");
-  const bool linear = kind != NoiseScheduleKind::kCosine;
-  b.Field("steps", steps, Within(1, 1e5)).Help("T");
-  b.Field("beta_start", beta_start, {0.0, 0.999, true})
-      .OnlyIf(linear, "kind: linear or linear_scaled")
-      .Help("first β, before scaling");
-  b.Field("beta_end", beta_end, {0.0, 0.999, true})
-      .OnlyIf(linear, "kind: linear or linear_scaled")
-      .Help("last β, before scaling");
-  b.Field("zero_terminal_snr", zero_terminal_snr)
-      .Help("shift and scale √ᾱ so that ᾱ_T = 0 and ᾱ_1 stays (Lin et al., WACV 2024)");
-  b.Require(beta_end >= beta_start, "beta_end", "at least beta_start");
-  b.Require(kind != NoiseScheduleKind::kLinearScaled || kLinearReferenceSteps / steps * beta_end < 1.0, "steps",
-            "more steps for linear_scaled, so that beta_end * 1000 / steps is below 1");
-  b.Require(!zero_terminal_snr || steps >= 2, "steps", "at least 2 with zero_terminal_snr");
+void Check(const NoiseScheduleOptions& o) {
+  const auto require = [](bool ok, const char* expected) {
+    if (!ok) throw Error(std::string("noise schedule: ") + expected);
+  };
+  require(o.steps >= 1 && o.steps <= 100000, "steps: expected from 1 to 100000");
+  if (o.kind != NoiseScheduleKind::kCosine)
+    require(o.beta_start > 0.0 && o.beta_end >= o.beta_start && o.beta_end <= 0.999,
+            "beta_end: expected at least beta_start, both above 0 and at most 0.999");
+  require(o.kind != NoiseScheduleKind::kLinearScaled || kLinearReferenceSteps / o.steps * o.beta_end < 1.0,
+          "steps: expected more for linear_scaled, so that beta_end * 1000 / steps is below 1");
+  require(!o.zero_terminal_snr || o.steps >= 2, "steps: expected at least 2 with zero_terminal_snr");
 }
 
+}  // namespace
+
 NoiseSchedule::NoiseSchedule(const NoiseScheduleOptions& options) : options_(options) {
-  CheckOptions(options);
+  Check(options);
   betas_ = Betas(options_);
   double product = 1.0;
   for (const double beta : betas_) alphas_bar_.push_back(product *= 1.0 - beta);

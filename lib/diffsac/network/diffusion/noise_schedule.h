@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
+#include "diffsac/core/enum_names.h"
 
 namespace diffsac {
 
@@ -32,8 +32,6 @@ struct NoiseScheduleOptions {
   /// Shifts and scales √ᾱ so that ᾱ_T = 0 and ᾱ_1 stays (Lin et al., "Common diffusion noise schedules and sample
   /// steps are flawed", WACV 2024).
   bool zero_terminal_snr = false;
-
-  void Bind(OptionsBinder& b);
 };
 
 /// The variance-preserving forward process q(c_t | c_0) = N(α_t c_0, σ_t² I) with α_t = √ᾱ_t and σ_t = √(1 − ᾱ_t),

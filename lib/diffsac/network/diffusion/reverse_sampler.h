@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "diffsac/core/options.h"
+#include "diffsac/core/enum_names.h"
 #include "diffsac/network/diffusion/noise_schedule.h"
 #include "diffsac/network/diffusion/sampling.h"
 #include "diffsac/network/diffusion/time_grid.h"
@@ -44,11 +44,6 @@ struct ReverseSamplerOptions {
   double ddim_eta = 0.0;
   /// Clamps every ĉ_0 to [−1, 1], the range of labels.
   bool clip_x0 = true;
-
-  void Bind(OptionsBinder& b);
-
- private:
-  void BindDpmSolver(OptionsBinder& b);
 };
 
 /// Turns noise c_T into confidences c_0 by calling a network a few times.

@@ -84,7 +84,8 @@ Value ReverseSamplerOf<Value>::Sample(const DenoiseFunction& denoise, Value c_T,
 template <class Value>
 std::unique_ptr<ReverseSamplerOf<Value>> MakeReverseSamplerOf(const ReverseSamplerOptions& options,
                                                               const NoiseSchedule& schedule) {
-  CheckOptions(options);
+  if (options.steps < 1) throw Error("sampler: steps: expected at least 1");
+  if (options.order < 1 || options.order > 2) throw Error("sampler: order: expected 1 or 2");
   auto grid = MakeTimeGrid(schedule,
                            {options.steps, options.timestep_spacing, options.final_sigma, options.lambda_min_clipped});
   if (options.kind == ReverseSamplerKind::kDpmSolverPp) {

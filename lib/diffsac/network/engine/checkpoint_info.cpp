@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <sstream>
 
-#include "diffsac/core/config_json.h"
 #include "diffsac/core/embedded_models.h"
 #include "diffsac/core/registry.h"
 #include "diffsac/core/safetensors.h"
@@ -95,12 +94,13 @@ CheckpointInfo ReadInfo(const SafetensorsFile& file) {
 
 CheckpointInfo ReadCheckpointInfo(const std::string& path) { return ReadInfo(OpenCheckpoint(path)); }
 
-Config CheckpointConfig(const CheckpointInfo& info, const std::string& path) {
-  const std::string name = path + " (its configuration)";
-  if (info.config.starts_with('{')) return ConfigFromJson(info.config, name);
+std::string ConfigName(const std::string& checkpoint) { return checkpoint + " (its configuration)"; }
+
+std::string ConfigText(const CheckpointInfo& info, const std::string& path) {
+  if (info.config.starts_with('{')) return info.config;
   const auto& readers = Registry<CheckpointConfigReader>::Instance();
-  if (readers.Has("yaml")) return readers.Find("yaml", "").read(info.config, name);
-  throw Error(name + ": expected JSON; files of earlier versions hold YAML, which diffsac_eval reads");
+  if (readers.Has("yaml")) return readers.Find("yaml", "").to_json(info.config, ConfigName(path));
+  throw Error(ConfigName(path) + ": expected JSON; files of earlier versions hold YAML, which diffsac_eval reads");
 }
 
 void RequireWeights(const std::string& path, std::int64_t least) {

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/config.h"
 #include "diffsac/core/safetensors.h"
 
 namespace diffsac {
@@ -45,14 +44,16 @@ std::int64_t ReadCount(const SafetensorsFile& file, const char* key);
 /// Both of a file that is not needed further.
 CheckpointInfo ReadCheckpointInfo(const std::string& path);
 
-/// Reads configurations that are not JSON, where a program has such a reader (registered as "yaml").
+/// Makes JSON of configurations that are not, where a program has such a reader (registered as "yaml").
 struct CheckpointConfigReader {
   static constexpr const char* kKind = "reader of checkpoints' configurations";
-  std::function<Config(const std::string& text, const std::string& name)> read;
+  std::function<std::string(const std::string& text, const std::string& name)> to_json;
 };
 
-/// The training configuration of a checkpoint. Throws Error, naming the file, when it cannot be read.
-Config CheckpointConfig(const CheckpointInfo& info, const std::string& path);
+/// What stands for a checkpoint's configuration in messages.
+std::string ConfigName(const std::string& checkpoint);
+/// The training configuration of a checkpoint as JSON. Throws Error, naming the file, when it cannot be read.
+std::string ConfigText(const CheckpointInfo& info, const std::string& path);
 
 /// Throws Error, naming the file, unless it holds at least `least` averaged weights. Asked before a network is made as
 /// a checkpoint's configuration says, so that a small file cannot ask for a large one.

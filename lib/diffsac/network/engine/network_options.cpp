@@ -1,42 +1,52 @@
 #include "diffsac/network/engine/network_options.h"
 
 namespace diffsac {
+namespace {
 
-void DenoiserOptions::Bind(OptionsBinder& b) {
-  b.Field("kind", kind)
-      .Help(
-          "`point_transformer`: the paper's; `pooled`: point-wise layers with pooled context, for CPUs; the others of "
-          "the paper's ablation: `mlp`, each point by itself, `dgcnn`, edge convolutions over nearest points in "
-          "feature space");
-  const bool transformer = kind == DenoiserKind::kPointTransformer;
-  b.Field("width", width, Within(8, 4096)).Help("channels of a point");
-  b.Field("heads", heads, Within(1, 64)).OnlyIf(transformer, "kind: point_transformer").Help("attention heads");
-  b.Field("encoder_layers", encoder_layers, Within(0, 64))
-      .Help("blocks before c_t enters, computed once a problem; 0 is the paper's joint network");
-  b.Field("layers", layers, Within(1, 64)).Help("blocks after c_t has entered, computed for each copy and step");
-  b.Field("neighbors", neighbors, Within(1, 1024))
-      .OnlyIf(kind == DenoiserKind::kDgcnn, "kind: dgcnn")
-      .Help("of a point");
-  b.Field("inlier_head", inlier_head)
-      .Help("a second output: each point's inlier probability, for the learned refit and the inlier head's sets");
-  b.Field("relation", relation)
-      .Help(
-          "each point also sees how much it agrees with the points that are confident now, for several structures; "
-          "needs features.kinds: [preference]");
-  b.Require(width % 2 == 0, "width", "an even number");
-  b.Require(!transformer || width % heads == 0, "heads", "a divisor of width");
-  b.Require(!inlier_head || encoder_layers > 0, "inlier_head",
-            "false when encoder_layers is 0 (nothing to read it from)");
+void Read(const StoredOptions& stored, PointFeaturesOptions* o) {
+  stored.Read("kinds", &o->kinds);
+  stored.Read("use_calibration", &o->use_calibration);
+  stored.Read("descriptor_size", &o->descriptor_size, 1, 4096);
+  stored.Read("descriptors_required", &o->descriptors_required);
+  stored.Read("preference_draws", &o->preference_draws, 1, 1e5);
+  stored.Read("preference_kept", &o->preference_kept, 1, 4096);
+  stored.Read("preference_from", &o->preference_from);
+  stored.Read("preference_choice", &o->preference_choice);
+  stored.Require(!o->kinds.empty(), "kinds", "at least one");
 }
 
-void NetworkOptions::Bind(OptionsBinder& b) {
-  b.Field("features", features).Help("what the network sees of a point");
-  b.Field("denoiser", denoiser).Help("the network's layers");
-  b.Field("schedule", schedule).Help("the forward process");
-  b.Field("loss", loss)
-      .Help("`mse`: the network's output is ĉ_0 (Algorithm 1); `bce`: it is the logit of \"c_0 = +1\"");
-  b.Field("direct", direct)
-      .Help("no diffusion: trained without noise to predict c_0 from the points at once, and called once");
+void Read(const StoredOptions& stored, DenoiserOptions* o) {
+  stored.Read("kind", &o->kind);
+  stored.Read("width", &o->width, 8, 4096);
+  stored.Read("heads", &o->heads, 1, 64);
+  stored.Read("encoder_layers", &o->encoder_layers, 0, 64);
+  stored.Read("layers", &o->layers, 1, 64);
+  stored.Read("neighbors", &o->neighbors, 1, 1024);
+  stored.Read("inlier_head", &o->inlier_head);
+  stored.Read("relation", &o->relation);
+  stored.Require(o->width % 2 == 0, "width", "an even number");
+  stored.Require(o->kind != DenoiserKind::kPointTransformer || o->width % o->heads == 0, "heads", "a divisor of width");
+  stored.Require(!o->inlier_head || o->encoder_layers > 0, "inlier_head", "false when encoder_layers is 0");
+}
+
+void Read(const StoredOptions& stored, NoiseScheduleOptions* o) {
+  stored.Read("kind", &o->kind);
+  stored.Read("steps", &o->steps, 1, 1e5);
+  stored.Read("beta_start", &o->beta_start, 0.0, 0.999);
+  stored.Read("beta_end", &o->beta_end, 0.0, 0.999);
+  stored.Read("zero_terminal_snr", &o->zero_terminal_snr);
+}
+
+}  // namespace
+
+NetworkOptions ReadNetworkOptions(const StoredOptions& network) {
+  NetworkOptions options;
+  Read(network.Sub("features"), &options.features);
+  Read(network.Sub("denoiser"), &options.denoiser);
+  Read(network.Sub("schedule"), &options.schedule);
+  network.Read("loss", &options.loss);
+  network.Read("direct", &options.direct);
+  return options;
 }
 
 }  // namespace diffsac

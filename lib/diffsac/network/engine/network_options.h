@@ -1,6 +1,7 @@
 #pragma once
 
-#include "diffsac/core/options.h"
+#include "diffsac/core/enum_names.h"
+#include "diffsac/core/stored_options.h"
 #include "diffsac/network/diffusion/noise_schedule.h"
 #include "diffsac/network/diffusion/prediction.h"
 #include "diffsac/problem/point_features.h"
@@ -32,7 +33,6 @@ struct DenoiserOptions {
   /// Each point also sees how much it agrees with the points that are confident now (PointRelation): what a set of
   /// points of one structure among several needs. For features with preferences.
   bool relation = false;
-  void Bind(OptionsBinder& b);
 };
 
 /// Where the columns of features stand that a network knows by their meaning.
@@ -51,7 +51,9 @@ struct NetworkOptions {
   /// and is called once; samplers are not used. The paper's ablation (a), "direct learning confidence".
   bool direct = false;
   DiffusionLossKind loss = DiffusionLossKind::kBce;  ///< What the network puts out.
-  void Bind(OptionsBinder& b);
 };
+
+/// The group `network` of a checkpoint's configuration. Throws Error naming file and key for what no network has.
+NetworkOptions ReadNetworkOptions(const StoredOptions& network);
 
 }  // namespace diffsac

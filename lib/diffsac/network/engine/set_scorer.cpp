@@ -39,14 +39,15 @@ Eigen::RowVectorXf ReadVector(const SetScorer::ReadTensor& read, const std::stri
 
 }  // namespace
 
-void SetScorerOptions::Bind(OptionsBinder& b) {
-  b.Field("width", width, Within(4, 1024)).Help("channels of a hypothesis");
-  b.Field("heads", heads, Within(1, 64)).Help("of attention");
-  b.Field("layers", layers, Within(1, 64)).Help("of attention and a point-wise network each");
-  b.Field("hidden", hidden, Within(1, 4096)).Help("channels within the latter");
-  b.Field("pair_width", pair_width, Within(1, 1024))
-      .Help("channels between the features of two hypotheses and what they add to their attention");
-  b.Require(width % heads == 0, "heads", "a divisor of `width`");
+SetScorerOptions ReadSetScorerOptions(const StoredOptions& network) {
+  SetScorerOptions options;
+  network.Read("width", &options.width, 4, 1024);
+  network.Read("heads", &options.heads, 1, 64);
+  network.Read("layers", &options.layers, 1, 64);
+  network.Read("hidden", &options.hidden, 1, 4096);
+  network.Read("pair_width", &options.pair_width, 1, 1024);
+  network.Require(options.width % options.heads == 0, "heads", "a divisor of width");
+  return options;
 }
 
 SetScorer::SetScorer(const SetScorerOptions& options, int features, int pairs, const ReadTensor& read)

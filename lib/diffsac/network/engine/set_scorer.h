@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
+#include "diffsac/core/stored_options.h"
 
 namespace diffsac {
 
@@ -18,8 +18,10 @@ struct SetScorerOptions {
   int layers = 3;       ///< Of attention and a point-wise network each.
   int hidden = 96;      ///< Channels within the latter.
   int pair_width = 16;  ///< Channels between the features of two elements and what they add to their attention.
-  void Bind(OptionsBinder& b);
 };
+
+/// The group `network` of a checkpoint's configuration. Throws Error naming file and key for what no network has.
+SetScorerOptions ReadSetScorerOptions(const StoredOptions& network);
 
 /// A small transformer without positions over the elements of a set (Lee et al., "Set Transformer", ICML 2019): each is
 /// scored in view of all others, of features of each two of them, which are added to their attention, and of which

@@ -1,10 +1,10 @@
-#include "diffsac/core/options_impl.h"
+#include "lab/options/options_impl.h"
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "diffsac/core/option_values.h"
 #include "diffsac/core/status.h"
+#include "lab/options/option_values.h"
 
 namespace diffsac {
 namespace {

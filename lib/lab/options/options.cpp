@@ -1,9 +1,9 @@
-#include "diffsac/core/options.h"
+#include "lab/options/options.h"
 
 #include <algorithm>
 
-#include "diffsac/core/option_values.h"
-#include "diffsac/core/options_impl.h"
+#include "lab/options/option_values.h"
+#include "lab/options/options_impl.h"
 
 namespace diffsac {
 

@@ -1,4 +1,4 @@
-#include "diffsac/core/config_tree.h"
+#include "lab/options/config_tree.h"
 
 #include <array>
 #include <charconv>

@@ -9,7 +9,7 @@ namespace diffsac {
 struct ConfigTree;
 
 /// A document of options that remembers where each value stood (file and line, or the --set that gave it).
-/// lab/config/yaml.h reads and writes it as YAML, core/config_json.h as JSON. Cheap to copy; copies share the document.
+/// lab/config/yaml.h reads and writes it as YAML, config_json.h as JSON. Cheap to copy; copies share the document.
 class Config {
  public:
   /// An empty document: every option keeps its default.

@@ -1,4 +1,4 @@
-#include "diffsac/core/options.h"
+#include "lab/options/options.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

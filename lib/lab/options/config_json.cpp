@@ -1,11 +1,13 @@
-#include "diffsac/core/config_json.h"
+#include "lab/options/config_json.h"
 
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
-#include "diffsac/core/config_tree.h"
 #include "diffsac/core/status.h"
+#include "diffsac/estimators/learned_model.h"
+#include "diffsac/network/engine/checkpoint_info.h"
+#include "lab/options/config_tree.h"
 
 namespace diffsac {
 namespace {
@@ -94,5 +96,11 @@ Config ConfigFromJson(const std::string& text, const std::string& name) {
   if (root.kind != Kind::kMap) throw Error(name + ": expected a map of options");
   return Config(std::move(root));
 }
+
+Config CheckpointConfig(const CheckpointInfo& info, const std::string& path) {
+  return ConfigFromJson(ConfigText(info, path), ConfigName(path));
+}
+
+Config ConfigOf(const TrainedConfig& trained) { return ConfigFromJson(trained.config, ConfigName(trained.checkpoint)); }
 
 }  // namespace diffsac

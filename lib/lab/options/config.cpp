@@ -1,10 +1,10 @@
-#include "diffsac/core/config.h"
+#include "lab/options/config.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "diffsac/core/config_tree.h"
 #include "diffsac/core/status.h"
+#include "lab/options/config_tree.h"
 
 namespace diffsac {
 namespace {

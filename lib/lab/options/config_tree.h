@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/options.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

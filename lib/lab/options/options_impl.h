@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/core/config_tree.h"
-#include "diffsac/core/options.h"
+#include "lab/options/config_tree.h"
+#include "lab/options/options.h"
 
 namespace diffsac {
 

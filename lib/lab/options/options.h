@@ -10,21 +10,13 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/core/config.h"
 #include "diffsac/core/enum_names.h"
 #include "diffsac/core/nearest_word.h"
+#include "diffsac/core/range.h"
+#include "lab/options/bind.h"
+#include "lab/options/config.h"
 
 namespace diffsac {
-
-/// A value, or a closed range to draw from. YAML: `0.5` or `[0.1, 0.8]`.
-struct Range {
-  double low = 0.0;
-  double high = 0.0;
-  Range() = default;
-  Range(double value) : low(value), high(value) {}
-  Range(double low_value, double high_value) : low(low_value), high(high_value) {}
-  bool operator==(const Range&) const = default;
-};
 
 /// Limits of a numeric option; both ends are valid values unless `exclusive_min`.
 struct Limits {
@@ -36,13 +28,20 @@ inline Limits AtLeast(double min) { return {min, 1e300, false}; }
 inline Limits Positive() { return {0.0, 1e300, true}; }
 inline Limits Within(double min, double max) { return {min, max, false}; }
 
-class OptionsBinder;
-
-/// A struct of options with a `Bind` of its own.
+/// A struct of options with a `Bind` of its own, or one of the library's with a BindOptions (bind.h).
 template <class Options>
 concept Bindable = requires(Options& options, OptionsBinder& b) {
   options.Bind(b);
-};
+}
+|| requires(Options& options, OptionsBinder& b) { BindOptions(b, options); };
+
+template <Bindable Options>
+void BindAny(OptionsBinder& b, Options& options) {
+  if constexpr (requires { options.Bind(b); })
+    options.Bind(b);
+  else
+    BindOptions(b, options);
+}
 
 /// Binds a plain options struct to a configuration in one place: the same `Bind` function reads it, checks it, writes
 /// the resolved values, knows every valid key and describes it.
@@ -199,7 +198,7 @@ std::vector<OptionDescription> DescribeOptionsWith(const std::function<void(Opti
 /// Fills defaults from `config`. Unknown key, wrong type or out of range: Error with file, line and nearest key.
 template <class Options>
 Options ReadOptions(const Config& config, Options options = {}) {
-  ReadOptionsWith(config, [&options](OptionsBinder& b) { options.Bind(b); });
+  ReadOptionsWith(config, [&options](OptionsBinder& b) { BindAny(b, options); });
   return options;
 }
 
@@ -207,7 +206,7 @@ Options ReadOptions(const Config& config, Options options = {}) {
 /// act, are passed over.
 template <class Options>
 Options ReadStoredOptions(const Config& config, Options options = {}) {
-  ReadStoredOptionsWith(config, [&options](OptionsBinder& b) { options.Bind(b); });
+  ReadStoredOptionsWith(config, [&options](OptionsBinder& b) { BindAny(b, options); });
   return options;
 }
 
@@ -215,20 +214,20 @@ Options ReadStoredOptions(const Config& config, Options options = {}) {
 /// reader accepts.
 template <class Options>
 Config ToConfig(Options options) {
-  return ToConfigWith([&options](OptionsBinder& b) { options.Bind(b); });
+  return ToConfigWith([&options](OptionsBinder& b) { BindAny(b, options); });
 }
 
 /// Holds options made in C++ to the limits, choices and requirements that a file is held to. Throws Error naming the
 /// key and what was expected.
 template <class Options>
 void CheckOptions(Options options) {
-  CheckOptionsWith([&options](OptionsBinder& b) { options.Bind(b); });
+  CheckOptionsWith([&options](OptionsBinder& b) { BindAny(b, options); });
 }
 
 /// Every key with its default, in the order of `Bind`.
 template <class Options>
 std::vector<OptionDescription> DescribeOptions(Options options = {}) {
-  return DescribeOptionsWith([&options](OptionsBinder& b) { options.Bind(b); });
+  return DescribeOptionsWith([&options](OptionsBinder& b) { BindAny(b, options); });
 }
 
 template <NamedEnum Enum>
@@ -262,14 +261,14 @@ OptionsBinder& OptionsBinder::Field(const char* key, std::vector<Enum>& values) 
 template <Bindable Options>
 OptionsBinder& OptionsBinder::Field(const char* key, Options& options) {
   return GroupWith(
-      key, [&options](OptionsBinder& inner) { options.Bind(inner); }, typeid(Options));
+      key, [&options](OptionsBinder& inner) { BindAny(inner, options); }, typeid(Options));
 }
 
 template <Bindable Options>
 OptionsBinder& OptionsBinder::Field(const char* key, std::vector<Options>& items) {
   return ListWith(
       key, items.size(), [&items](std::size_t size) { items.assign(size, Options()); },
-      [&items](std::size_t index, OptionsBinder& inner) { items[index].Bind(inner); }, typeid(Options));
+      [&items](std::size_t index, OptionsBinder& inner) { BindAny(inner, items[index]); }, typeid(Options));
 }
 
 template <class Value>

@@ -1,4 +1,4 @@
-#include "diffsac/core/option_values.h"
+#include "lab/options/option_values.h"
 
 #include <algorithm>
 #include <cctype>

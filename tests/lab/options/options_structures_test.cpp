@@ -4,9 +4,9 @@
 #include <optional>
 #include <utility>
 
-#include "diffsac/core/options.h"
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
+#include "lab/options/options.h"
 
 // What a field can be besides a number or a text: enums, lists and maps of structs, optional values, sub-documents.
 
