@@ -73,14 +73,14 @@ TEST_CASE("what an estimator cannot do is said") {
 
 TEST_CASE("a threshold that was asked for widens the range") {
   Problem problem = Calibrated(2);
-  problem.inlier_threshold = UsualThreshold(Task::kEssential);
+  SetThreshold(UsualThreshold(Task::kEssential), &problem);
   CHECK(NoiseRangeOf(problem, true).least == 1.0);
   CHECK(NoiseRangeOf(problem, true).greatest == 1.0);
-  problem.inlier_threshold = 40.0;
+  SetThreshold(40.0, &problem);
   CHECK(NoiseRangeOf(problem, false).greatest == 1.0);
   CHECK(NoiseRangeOf(problem, true).greatest == 40.0);
   CHECK(NoiseRangeOf(problem, true).least < 5.0);
-  problem.inlier_threshold = 1e-3;
+  SetThreshold(1e-3, &problem);
   CHECK(NoiseRangeOf(problem, true).least == 1e-3);
   CHECK(NoiseRangeOf(problem, true).greatest > 0.1);
 }

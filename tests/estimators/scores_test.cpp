@@ -5,6 +5,7 @@
 #include "diffsac/diffsac.h"
 #include "diffsac/estimators/estimation_priors.h"
 #include "diffsac/estimators/score_check.h"
+#include "diffsac/problem/match_probabilities.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/problem/usable_rows.h"
 #include "estimators/public_functions.h"

@@ -183,7 +183,8 @@ Estimate EstimateMotion(Task task, const CloudMatches& matches, const CloudOptio
   return estimate;
 }
 
-TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
+TwoViewEstimate TwoViews(Problem problem, const ImageOptions& options) {
+  problem.threshold_is_default = options.max_residual_px == 0.0;
   Estimate estimate = Run(problem, options);
   TwoViewEstimate result;
   result.pose = estimate.pose;
@@ -199,7 +200,8 @@ TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
 
 /// `Description`: of the problem's task.
 template <class Description>
-SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions& options) {
+SharedFocalEstimate UnknownFocalViews(Problem problem, const ImageOptions& options) {
+  problem.threshold_is_default = options.max_residual_px == 0.0;
   Estimate estimate = Run(problem, options);
   SharedFocalEstimate result;
   result.focal = estimate.focal;

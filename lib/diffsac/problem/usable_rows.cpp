@@ -89,6 +89,7 @@ Problem PartOf(const Problem& whole, const std::vector<int>& rows) {
   Problem part;
   part.task = whole.task;
   part.inlier_threshold = whole.inlier_threshold;
+  part.threshold_is_default = whole.threshold_is_default;
   part.cameras = whole.cameras;
   part.hint1 = whole.hint1;
   part.hint2 = whole.hint2;
