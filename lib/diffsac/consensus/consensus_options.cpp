@@ -22,7 +22,7 @@ void BindStopping(ConsensusOptions& o, OptionsBinder& b) {
 void BindScales(ConsensusOptions& o, OptionsBinder& b) {
   b.Field("threshold", o.threshold)
       .Help("what an inlier is: ε as given, or what suits a model's own residuals, with ε the greatest");
-  const bool scales = o.ScoresNeed(&ScoreNeeds::scales) || o.final_refinement == FinalRefinement::kMarginalised ||
+  const bool scales = o.Uses(ScoreKind::kMarginalised) || o.final_refinement == FinalRefinement::kMarginalised ||
                       o.threshold == ThresholdKind::kAdaptive;
   b.Field("least_scale", o.least_scale, AtLeast(0.0))
       .OnlyIf(scales, "a score or refinement over scales, or threshold: adaptive")
@@ -84,25 +84,17 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   b.Field("score_threshold_factor", score_threshold_factor, Positive())
       .Help("scoring threshold as a multiple of the inlier threshold ε");
 
-  const bool marginal = ScoresNeed(&ScoreNeeds::half_width);
   const bool reweighted = local_optimization == LocalOptimization::kReweighted || refit == Refit::kReweighted;
   const bool graph_cut = local_optimization == LocalOptimization::kGraphCut;
   b.Field("residual_dof", residual_dof, Within(0, 6))
-      .OnlyIf(ScoresNeed(&ScoreNeeds::dof) || reweighted, "magsac_pp as a score or irls")
+      .OnlyIf(Uses(ScoreKind::kMagsac) || reweighted, "magsac_pp as a score or irls")
       .Help("degrees of freedom of a residual for MAGSAC++; 0: the model's own");
   BindScales(*this, b);
-  b.Field("noise_prior", noise_prior, AtLeast(0.0))
-      .OnlyIf(marginal, "marginal_likelihood as a score")
-      .Help("σ = sigma_factor · ε counts as so many inliers' worth of evidence; 0: nothing is known of σ");
   b.Field("sigma_factor", sigma_factor, Positive())
-      .OnlyIf(ScoresNeed(&ScoreNeeds::sigma) || refit == Refit::kMixture || (marginal && noise_prior > 0.0),
-              "gaussian_uniform as a score, marginal_likelihood with a noise_prior or refit: em")
+      .OnlyIf(Uses(ScoreKind::kGaussianUniform) || refit == Refit::kMixture, "gaussian_uniform as a score or refit: em")
       .Help("σ of inlier noise as a multiple of ε");
-  b.Field("outlier_half_width", outlier_half_width, AtLeast(0.0))
-      .OnlyIf(marginal, "marginal_likelihood as a score")
-      .Help("outliers' residuals are uniform within ± this, in the data's unit; 0: half the points' extent");
   b.Field("inlier_prior", inlier_prior, Within(0.001, 0.999))
-      .OnlyIf(ScoresNeed(&ScoreNeeds::share), "gaussian_uniform as a score")
+      .OnlyIf(Uses(ScoreKind::kGaussianUniform), "gaussian_uniform as a score")
       .Help("share of inliers that the score assumes during the search");
   b.Field("local_samples", local_samples, AtLeast(0))
       .OnlyIf(graph_cut || local_optimization == LocalOptimization::kInnerSamples,

@@ -74,12 +74,6 @@ struct ConsensusOptions : StoppingOptions {
   double focal_log_sigma = 0.43;
   /// σ of inlier noise as a multiple of ε, for gaussian_uniform score and refit.
   double sigma_factor = 1.0 / 3.0;
-  /// An outlier's residual is uniform within ± this: what marginal_likelihood reckons with; in the data's unit. 0: half
-  /// the mean side of the points' bounding box (MakeMixture).
-  double outlier_half_width = 0.0;
-  /// Of marginal_likelihood: as so many inliers' worth of evidence counts that σ is sigma_factor · ε. 0: nothing is
-  /// known of σ.
-  double noise_prior = 0.0;
   /// Share of inliers assumed by the gaussian_uniform score inside the loop; refits and the final score estimate it.
   double inlier_prior = 0.3;
   LocalOptimization local_optimization = LocalOptimization::kNone;
@@ -112,8 +106,8 @@ struct ConsensusOptions : StoppingOptions {
   FinalRefinement final_refinement = FinalRefinement::kNone;
   /// Sets that are drawn and scored at a time, 0: from 64 growing to 4096. Results do not depend on it.
   int block_size = 0;
-  /// Whether one of the two scores asks for it.
-  bool ScoresNeed(bool ScoreNeeds::*what) const { return NeedsOf(score).*what || NeedsOf(final_score).*what; }
+  /// Whether it is one of the two scores.
+  bool Uses(ScoreKind kind) const { return score == kind || final_score == kind; }
   void Bind(OptionsBinder& b);
 };
 

@@ -12,8 +12,6 @@ inline constexpr auto kEnumNames<ScoreKind> = NamesOf<ScoreKind>({{ScoreKind::kI
                                                                   {ScoreKind::kMsac, "msac"},
                                                                   {ScoreKind::kGaussianUniform, "gaussian_uniform"},
                                                                   {ScoreKind::kMagsac, "magsac_pp"},
-                                                                  {ScoreKind::kMarginalLikelihood,
-                                                                   "marginal_likelihood"},
                                                                   {ScoreKind::kMarginalised, "marginalised_msac"}});
 
 template <>
