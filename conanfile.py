@@ -44,10 +44,9 @@ class Diffsac(ConanFile):
         CMake(self).build()
 
     def package(self):
-        for component in ("library", "models"):
-            CMake(self).install(component=component)
+        CMake(self).install(component="library")
 
     def package_info(self):
-        # diffsacConfig.cmake as it was installed: it knows where the networks are.
+        # diffsacConfig.cmake as it was installed.
         self.cpp_info.set_property("cmake_find_mode", "none")
         self.cpp_info.builddirs = [os.path.join("lib", "cmake", "diffsac")]

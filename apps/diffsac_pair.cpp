@@ -11,7 +11,6 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/presets.h"
-#include "diffsac/estimators/score_check.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/number_checks.h"
 #include "lab/config/paths.h"
@@ -27,6 +26,7 @@
 #include "lab/images/exif_focal.h"
 #include "lab/images/given_matches.h"
 #include "lab/images/image_cameras.h"
+#include "lab/images/image_source.h"
 #include "lab/images/match_pair.h"
 #include "lab/images/pair_text.h"
 #include "lab/images/photograph_results.h"
@@ -39,7 +39,7 @@ using namespace diffsac;
 namespace fs = std::filesystem;
 
 constexpr const char* kFooter = R"(Examples:
-  diffsac_pair first.jpg second.jpg                        pose and focal lengths; matches.png
+  diffsac_pair first.jpg second.jpg                        pose and focal lengths; a picture
   diffsac_pair first.jpg second.jpg --same-camera          one focal length for both, which is surer
   diffsac_pair first.jpg second.jpg --focal 2900           pose; the principal point is the image's middle
   diffsac_pair first.jpg second.jpg --calibration K1.txt,K2.txt --json pair.json
@@ -57,7 +57,7 @@ struct Request {
   std::vector<std::string> images;
   std::string list, output = "pairs";
   bool overwrite = false, same_camera = false;
-  std::string task, config_path, method, picture = "matches.png", json, matches;
+  std::string task, config_path, method, picture = "diffsac_pictures/matches.png", json, matches;
   std::vector<std::string> assignments;
   GivenMatches given;
   GivenCalibration calibration;
@@ -290,7 +290,8 @@ double ThresholdOf(const Request& request, const std::string& task) {
 void RequireFolderOf(const std::string& file) {
   const fs::path folder = fs::path(file).parent_path();
   std::error_code code;
-  if (!folder.empty() && !fs::is_directory(folder, code)) throw Error(file + ": there is no folder " + folder.string());
+  if (!folder.empty() && folder.filename() != kPictureFolder && !fs::is_directory(folder, code))
+    throw Error(file + ": there is no folder " + folder.string());
 }
 
 /// Of both kinds of run.
@@ -338,8 +339,7 @@ int RunTwo(Request request) {
                              request.context.threads);
   SetTask(TaskFromString(task), ThresholdOf(request, task), &matched.pair);
   if (task == "shared_focal") WarnOfZoom(matched.pair.problem);
-  const Estimate estimate = SearchCheckingScores(
-      matched.pair.problem, [&](const Problem& problem) { return method->Run(problem, request.seed); });
+  const Estimate estimate = method->Run(matched.pair.problem, request.seed);
   const PairTimes times{matched.ms_keypoints, matched.ms_matching};
   request.images.resize(2);
   const PairRun run{request.images[0], request.images[1], experiment.methods.front().name, request.seed};

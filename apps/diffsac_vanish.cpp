@@ -19,7 +19,7 @@
 #include "lab/eval/evaluate.h"
 #include "lab/eval/format.h"
 #include "lab/files/files.h"
-#include "lab/files/own_pictures.h"
+#include "lab/images/image_source.h"
 #include "lab/images/pictures.h"
 #include "lab/images/prepare_segments.h"
 #include "lab/images/vanishing_text.h"
@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 struct Request {
   std::vector<std::string> images;
-  std::string picture = "vanishing_points.png", json, estimates, segments;
+  std::string picture = "diffsac_pictures/vanishing_points.png", json, estimates, segments;
   GivenCalibration calibration;
   VanishingPointOptions options;
   int max_image_size = 1200;
@@ -59,7 +59,8 @@ void AddOptions(CLI::App* app, Request* request) {
                   "The list ends where the network is less sure than this; 0: eight vanishing points")
       ->check(NumberWithin(0.0, 1.0))
       ->capture_default_str();
-  app->add_flag("!--no-network", options.use_network, "Choose by the length of the segments alone");
+  app->add_flag_callback(
+      "--no-network", [&options] { options.guidance = Guidance::kNone; }, "Choose by the length of the segments alone");
   app->add_option("--picture", request->picture,
                   "Where the picture goes; empty: none. Of several images each has its name added")
       ->capture_default_str();
@@ -137,7 +138,7 @@ void CheckNames(const Request& request) {
   if (twice != names.end()) throw Error("two images are named " + *twice);
 }
 
-/// Before any work: what is written must not be what is read, nor another's picture.
+/// Before any work: what is written must not be what is read.
 void CheckOutputs(const Request& request) {
   std::vector<std::string> inputs = request.calibration.Inputs(), outputs = {request.json, request.estimates};
   inputs.insert(inputs.end(), request.images.begin(), request.images.end());

@@ -15,7 +15,7 @@ function(diffsac_install component export tree)
     FILES_MATCHING PATTERN "*.h")
 endfunction()
 
-# Components: what a user of the library compiles with, models, docs, the programs that need no LibTorch, and the lab, whose
+# Components: what a user of the library compiles with, docs, the programs that need no LibTorch, and the lab, whose
 # dependencies only its users need; shared and namelink, of packages alone, are the shared library.
 get_property(_lab GLOBAL PROPERTY DIFFSAC_LIBRARIES)
 list(TRANSFORM DIFFSAC_LIBRARY_ROOMS PREPEND diffsac_ OUTPUT_VARIABLE _library)
@@ -37,10 +37,8 @@ if(DIFFSAC_LAB)
     DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR} COMPONENT lab)
 endif()
 
-set(DIFFSAC_INSTALL_MODELS ${CMAKE_INSTALL_DATADIR}/diffsac/models)
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/diffsacConfig.cmake.in
-  ${PROJECT_BINARY_DIR}/diffsacConfig.cmake INSTALL_DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR}
-  PATH_VARS DIFFSAC_INSTALL_MODELS)
+  ${PROJECT_BINARY_DIR}/diffsacConfig.cmake INSTALL_DESTINATION ${DIFFSAC_INSTALL_CMAKEDIR})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/diffsacConfigVersion.cmake
   VERSION ${PROJECT_VERSION} COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/diffsacConfig.cmake ${PROJECT_BINARY_DIR}/diffsacConfigVersion.cmake
@@ -58,17 +56,13 @@ install(FILES ${PROJECT_BINARY_DIR}/diffsac.pc DESTINATION ${CMAKE_INSTALL_LIBDI
 
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT library)
 
-# What the programs find beside themselves (core/resources.h): configurations, what draws pictures and writes pages, and
-# networks; those of baselines and tables come with the lab.
+# What the programs find beside themselves (lab/config/resources.h): configurations, what draws pictures and writes pages.
+# Networks of baselines and tables come with the lab; the others are in the library.
 set(_share ${CMAKE_INSTALL_DATADIR}/diffsac)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${_share} COMPONENT programs)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/scripts/report DESTINATION ${_share} COMPONENT programs
   PATTERN "__pycache__" EXCLUDE)
 install(FILES ${PROJECT_SOURCE_DIR}/data_tools/convert.py DESTINATION ${_share} COMPONENT programs)
-foreach(_name ${DIFFSAC_NETWORKS} line plane)
-  install(FILES ${PROJECT_SOURCE_DIR}/models/${_name}/model.safetensors DESTINATION ${_share}/models/${_name}
-    COMPONENT models)
-endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/models DESTINATION ${_share} COMPONENT lab FILES_MATCHING PATTERN "model.safetensors"
   PATTERN "xfeat/*")
 

@@ -13,7 +13,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
-set(CPACK_COMPONENTS_ALL library models programs docs)
+set(CPACK_COMPONENTS_ALL library programs docs)
 
 # diffsac_deb(GROUP PACKAGE COMPONENTS ... TEXT ... [SECTION ...] [DEPENDS ...] [RECOMMENDS ...] [OVERRIDES ...]): a package of
 # these components, with the files that Debian wants of every one. OVERRIDES: what lintian may say.
@@ -53,8 +53,7 @@ diffsac-tools has what changed.\n\n -- ${CPACK_PACKAGE_CONTACT} <nobody@localhos
 endfunction()
 
 set(_soname ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
-set(_data "libdiffsac-data (= ${PROJECT_VERSION})")
-diffsac_deb(shared libdiffsac${_soname} COMPONENTS shared SECTION libs DEPENDS "${_data}" TEXT "The shared library."
+diffsac_deb(shared libdiffsac${_soname} COMPONENTS shared SECTION libs TEXT "The shared library."
   OVERRIDES maintscript-calls-ldconfig)  # CPack writes those scripts.
 # For packages of others that link it, and for the loader.
 file(WRITE ${PROJECT_BINARY_DIR}/deb/shlibs "libdiffsac ${_soname} libdiffsac${_soname} (>= ${PROJECT_VERSION})\n")
@@ -62,11 +61,9 @@ file(WRITE ${PROJECT_BINARY_DIR}/deb/triggers "activate-noawait ldconfig\n")
 set(CPACK_DEBIAN_SHARED_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/deb/shlibs ${PROJECT_BINARY_DIR}/deb/triggers)
 # In /usr/lib, as a prefix has it, rather than in a folder for each processor.
 diffsac_deb(dev libdiffsac-dev COMPONENTS library namelink SECTION libdevel OVERRIDES pkg-config-unavailable-for-cross-compilation
-  DEPENDS "libdiffsac${_soname} (= ${PROJECT_VERSION}), ${_data}, libeigen3-dev, libtbb-dev"
+  DEPENDS "libdiffsac${_soname} (= ${PROJECT_VERSION}), libeigen3-dev, libtbb-dev"
   TEXT "Headers and an archive, for find_package and pkg-config.")
-diffsac_deb(data libdiffsac-data COMPONENTS models TEXT "Trained networks, by which libdiffsac and its programs draw samples.")
-set(CPACK_DEBIAN_DATA_PACKAGE_ARCHITECTURE all)
-diffsac_deb(tools diffsac-tools COMPONENTS programs docs DEPENDS "${_data}"
+diffsac_deb(tools diffsac-tools COMPONENTS programs docs
   RECOMMENDS "python3-matplotlib, python3-jinja2, python3-pandas, python3-h5py, python3-yaml, python3-scipy, python3-pil"
   OVERRIDES extra-license-file  # That pages link to.
   TEXT "Programs: motions, matrices and vanishing points of photographs and of files of\nmatches.")
@@ -74,7 +71,7 @@ if(DIFFSAC_PYTHON)
   find_package(Python REQUIRED COMPONENTS Interpreter)
   math(EXPR _next "${Python_VERSION_MINOR} + 1")
   diffsac_deb(python python3-diffsac COMPONENTS python_deb SECTION python
-    DEPENDS "${_data}, python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${_next}), python3-numpy"
+    DEPENDS "python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${_next}), python3-numpy"
     TEXT "A module of Python with the functions of libdiffsac, with numpy in and out.")
 endif()
 

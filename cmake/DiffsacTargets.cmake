@@ -9,10 +9,6 @@ set(DIFFSAC_LAB_ROOMS)
 if(DIFFSAC_LAB)
   set(DIFFSAC_LAB_ROOMS truth files config colmap data baselines eval images torch train clouds)
 endif()
-# The networks that the functions of diffsac.h draw and choose by (ModelFile, ChooserFile): of the installation and of the
-# Python package.
-set(DIFFSAC_NETWORKS essential fundamental homography without_ratio_essential without_ratio_fundamental
-  vanishing_point_chooser vanishing_point_chooser_uncalibrated)
 
 # diffsac_sources(OUT [EXCEPT ...]): every .cpp of the folder and of those in it but these. Looked up at each build, so that a new file
 # needs no entry anywhere.

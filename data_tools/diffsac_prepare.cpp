@@ -14,7 +14,6 @@
 #include "lab/data/pair_scenes.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
-#include "lab/files/own_pictures.h"
 #include "lab/images/image_sets.h"
 #include "lab/images/inspect.h"
 #include "lab/images/modelnet_pairs.h"
@@ -197,8 +196,7 @@ void AddInspect(CLI::App* app, InspectRequest* request) {
 
 int DrawPicture(const InspectRequest& request) {
   if (request.folders.size() != 1) throw diffsac::Error("--picture needs one scene");
-  if (!diffsac::IsOwnPicture(request.picture))
-    diffsac::RefuseInputsAsOutputs({request.picture}, {request.folders[0], request.images, request.images + "/images"});
+  diffsac::RefuseInputsAsOutputs({request.picture}, {request.folders[0], request.images, request.images + "/images"});
   diffsac::CheckPictureName(request.picture);
   const diffsac::CorrespondenceScene scene(request.folders[0]);
   const auto& pairs = scene.pairs();

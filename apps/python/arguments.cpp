@@ -5,7 +5,6 @@
 #include <nanobind/stl/string.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <string>
 #include <vector>
@@ -118,11 +117,6 @@ void SetRatiosOrScores(const RatioOrScores& given, Input* input, Points* points)
   LeaveOutMasked(given.scores, input->scores, points);
 }
 
-std::string& PackagedModels() {
-  static std::string folder;
-  return folder;
-}
-
 }  // namespace
 
 Eigen::Matrix<double, Eigen::Dynamic, 2> Points2(const ArrayLike& array, const char* name) {
@@ -212,21 +206,10 @@ CloudMatches CloudMatchesOf(const ArrayLike& points1, const ArrayLike& points2, 
   return matches;
 }
 
-void SetPackagedModels(const std::filesystem::path& folder) {
-  PackagedModels() = folder.string();
-  AddModelsFolder(PackagedModels());
-}
-
 std::string ModelsFolder(const OptionalPath& given) {
-  if (given) {
-    std::filesystem::path folder;
-    if (!nb::try_cast(*given, folder)) RefuseValue("models_folder", "a path", *given);
-    return folder.string();
-  }
-  // Said here rather than left to the library's order, in which models that another version installed beside the
-  // interpreter (/usr/share/diffsac) would come first.
-  const char* models = std::getenv("DIFFSAC_MODELS");
-  return models != nullptr && *models != '\0' ? "" : PackagedModels();
+  std::filesystem::path folder;
+  if (given && !nb::try_cast(*given, folder)) RefuseValue("models_folder", "a path", *given);
+  return folder.string();
 }
 
 }  // namespace diffsac::python

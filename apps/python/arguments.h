@@ -62,8 +62,6 @@ ScenePoints ScenePointsOf(const ArrayLike& points3d, const ArrayLike& points2d, 
 /// `points1`, `points2`: N × 3.
 CloudMatches CloudMatchesOf(const ArrayLike& points1, const ArrayLike& points2, const RatioOrScores& given);
 
-/// Models are those of this folder where neither the caller nor $DIFFSAC_MODELS says another.
-void SetPackagedModels(const std::filesystem::path& folder);
 /// Unknown where there is none.
 ImageSize SizeOf(const OptionalSize& size, const char* name);
 std::optional<Eigen::Vector2d> PairOf(const OptionalPair& pair, const char* name);

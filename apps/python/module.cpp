@@ -32,13 +32,13 @@ auto Unlocked(const Call& estimate) {
 }
 
 void Set(const Whole& max_iterations, const Whole& seed, EstimateOptions* options) {
-  options->max_iterations =
-      static_cast<int>(WholeOf(max_iterations, "max_iterations", EstimateOptions::kMostIterations));
+  const auto most = static_cast<int>(WholeOf(max_iterations, "max_iterations", EstimateOptions::kMostIterations));
+  if (most > 0) options->max_iterations = most;
   options->seed = WholeOf(seed, "seed", std::numeric_limits<std::uint64_t>::max());
 }
 
 void SetNetwork(const Truth& use_network, const OptionalPath& models_folder, EstimateOptions* options) {
-  options->use_network = TruthOf(use_network, "use_network");
+  options->guidance = TruthOf(use_network, "use_network") ? Guidance::kNetwork : Guidance::kNone;
   options->models_folder = ModelsFolder(models_folder);
 }
 
@@ -282,7 +282,6 @@ NB_MODULE(_native, module) {
   using namespace diffsac::python;
   nb::register_exception_translator(TranslateError);
   module.attr("VERSION") = diffsac::kVersion;
-  module.def("set_packaged_models", &SetPackagedModels, nb::arg("folder"));
   DefineTwoViews(&module);
   DefineSeveralTwoViews(&module);
   DefineOthers(&module);

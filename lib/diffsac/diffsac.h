@@ -332,14 +332,4 @@ struct VanishingPointsEstimate {
 VanishingPointsEstimate EstimateVanishingPoints(const Eigen::Matrix<double, Eigen::Dynamic, 4>& segments,
                                                 const VanishingPointOptions& options);
 
-/// Models are looked for in this folder as well, after the others.
-void AddModelsFolder(const std::string& folder);
-
-#ifdef DIFFSAC_INSTALLED_MODELS
-namespace internal {
-// find_package(diffsac) knows where the models were installed.
-inline const bool kInstalledModelsAdded = (AddModelsFolder(DIFFSAC_INSTALLED_MODELS), true);
-}  // namespace internal
-#endif
-
 }  // namespace diffsac

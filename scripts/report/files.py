@@ -5,9 +5,6 @@ import signal
 import socket
 import sys
 
-# A text of PNG, with its length and checksum, before the last chunk: diffsac_pair and diffsac_prepare pass over what has it.
-_OWN = b"\0\0\0\x28tEXtSoftware\0drawn by DiffSAC, no photograph\xed\x88\x17\xcf"
-_PNG_END = b"\0\0\0\0IEND\xae\x42\x60\x82"
 
 
 class CannotWrite(Exception):
@@ -32,11 +29,6 @@ def write_whole(path, content):
         raise CannotWrite(f"cannot write {path}: {error.strerror}") from error
     finally:
         remove(temporary)
-
-
-def marked_as_own(png):
-    assert png.endswith(_PNG_END)
-    return png[: -len(_PNG_END)] + _OWN + _PNG_END
 
 
 def remove(path):

@@ -41,7 +41,7 @@ def _save(figure, folder, name, tight=True):
         figure.tight_layout(rect=(0, 0, 1, 0.95 if figure._suptitle else 1))
     figure.savefig(out, format="png", metadata={"Software": None})
     plt.close(figure)
-    files.write_whole(os.path.join(folder, name + ".png"), files.marked_as_own(out.getvalue()))
+    files.write_whole(os.path.join(folder, name + ".png"), out.getvalue())
     return True
 
 

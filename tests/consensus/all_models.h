@@ -129,9 +129,8 @@ class AllSamplers {
   std::vector<std::pair<std::string, Make>> sources_;
 };
 
-inline constexpr ScoreKind kScores[] = {ScoreKind::kInlierCount,        ScoreKind::kMsac,
-                                        ScoreKind::kGaussianUniform,    ScoreKind::kMagsac,
-                                        ScoreKind::kMarginalLikelihood, ScoreKind::kMarginalised};
+inline constexpr ScoreKind kScores[] = {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kGaussianUniform,
+                                        ScoreKind::kMagsac, ScoreKind::kMarginalised};
 inline constexpr LocalOptimization kOptimizers[] = {LocalOptimization::kNone, LocalOptimization::kInnerSamples,
                                                     LocalOptimization::kReweighted, LocalOptimization::kGraphCut,
                                                     LocalOptimization::kRefinement};

@@ -3,6 +3,7 @@
 
 #include "consensus/all_models.h"
 #include "consensus/random_problems.h"
+#include "diffsac/consensus/option_names.h"
 #include "lab/config/yaml.h"
 
 #include <algorithm>

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "consensus/random_problems.h"
+#include "diffsac/geometry/hyperplane.h"
 
 namespace diffsac {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "consensus/all_models.h"
 #include "consensus/random_problems.h"
+#include "diffsac/consensus/option_names.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "lab/config/yaml.h"
 

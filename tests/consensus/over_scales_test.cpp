@@ -7,6 +7,7 @@
 #include "consensus/all_models.h"
 #include "consensus/random_problems.h"
 #include "diffsac/consensus/scores/scorer.h"
+#include "diffsac/geometry/hyperplane.h"
 #include "geometry/two_view_problems.h"
 #include "lab/config/yaml.h"
 

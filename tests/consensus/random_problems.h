@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/geometry/hyperplane.h"
 
 namespace diffsac::testing {
 

@@ -6,6 +6,7 @@
 
 #include "consensus/random_problems.h"
 #include "diffsac/consensus/local/final_refiner.h"
+#include "diffsac/consensus/option_names.h"
 #include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"

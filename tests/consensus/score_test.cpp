@@ -19,19 +19,16 @@
 namespace diffsac {
 namespace {
 
-/// Those that are sums over points.
 constexpr ScoreKind kKinds[] = {ScoreKind::kInlierCount, ScoreKind::kMsac, ScoreKind::kGaussianUniform,
                                 ScoreKind::kMagsac, ScoreKind::kMarginalised};
-constexpr ScoreKind kWholes[] = {ScoreKind::kMarginalLikelihood};
 
-TEST_CASE("Every sum over points has the properties of a score, at any scale") {
+TEST_CASE("Every score has its properties at any scale") {
   for (ScoreKind kind : kKinds)
     for (double scale : {1e-8, 1.0, 1e8})
       for (int dof : {1, 2, 3, 4, 5, 6}) {
         CAPTURE(ToString(kind), scale, dof);
         const double threshold = 0.1 * scale;
-        const Score score(kind, threshold, 0.03 * scale, 20.0, dof, 0.3 * threshold, {5.0 * scale, 1, 2, 0.0});
-        CHECK(score.IsSum());
+        const Score score(kind, threshold, 0.03 * scale, 20.0, dof, 0.3 * threshold);
         const double table_error = kind == ScoreKind::kMagsac ? 1e-6 : 0.0;
         // One minus a score is a loss bounded by 1.
         testing::CheckLossFunction({[&](double r) { return 1.0 - score(r); },
@@ -102,82 +99,6 @@ TEST_CASE("A sum is that of the parts, weighted or not, for every length") {
   }
 }
 
-/// 40 residuals of inliers, 60 of outliers.
-std::vector<double> MixedResiduals(Rng rng) {
-  std::vector<double> residuals(100);
-  for (int i = 0; i < 100; ++i) residuals[i] = i < 40 ? std::abs(0.03 * rng.Normal()) : rng.Uniform(0.0, 5.0);
-  return residuals;
-}
-
-TEST_CASE("Scores of all residuals do not depend on the points' order, their unit or those that fit nothing") {
-  for (const ScoreKind kind : kWholes)
-    for (const double prior : {0.0, 3.0})
-      for (const int dimension : {1, 2}) {
-        CAPTURE(ToString(kind), prior, dimension);
-        const auto score_in = [&](double unit) {
-          return Score(kind, 0.3 * unit, 0.03 * unit, 20.0, 1, 0.03 * unit, {5.0 * unit, dimension, 3, prior});
-        };
-        const Score score = score_in(1.0);
-        CHECK_FALSE(score.IsSum());
-        CHECK_THROWS_AS(score(0.1), Error);
-        CHECK_THROWS_AS(score.Derivative(0.1), Error);
-        std::vector<double> residuals = MixedResiduals(Rng(3));
-        const double value = score.OfAll(residuals.data(), nullptr, 100);
-        CHECK(value > 20.0);
-
-        std::vector<double> reversed(residuals.rbegin(), residuals.rend());
-        CHECK(score.OfAll(reversed.data(), nullptr, 100) == Approx(value).epsilon(1e-12));
-        for (const double unit : {1e-6, 1e6}) {
-          std::vector<double> scaled = residuals;
-          for (double& residual : scaled) residual *= unit;
-          CHECK(score_in(unit).OfAll(scaled.data(), nullptr, 100) == Approx(value).epsilon(1e-9));
-        }
-        // What is no number is infinitely far.
-        residuals[99] = 1e300;
-        const double far = score.OfAll(residuals.data(), nullptr, 100);
-        residuals[99] = std::numeric_limits<double>::infinity();
-        CHECK(score.OfAll(residuals.data(), nullptr, 100) == far);
-        residuals[99] = std::numeric_limits<double>::quiet_NaN();
-        CHECK(score.OfAll(residuals.data(), nullptr, 100) == far);
-
-        // Weights of 1 are none, a point of weight 2 is two, one of weight 0 is as far as can be.
-        std::vector<double> weights(100, 1.0);
-        CHECK(score.OfAll(residuals.data(), weights.data(), 100) == far);
-        residuals[98] = residuals[0];
-        const double twice = score.OfAll(residuals.data(), nullptr, 100);
-        residuals[98] = residuals[99];
-        weights[0] = 2.0;
-        weights[98] = 0.0;
-        CHECK(score.OfAll(residuals.data(), weights.data(), 100) == Approx(twice).epsilon(1e-12));
-      }
-}
-
-TEST_CASE("Scores of all residuals are 0 where nothing fits, and whatever the bar, above it they are themselves") {
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const ScoreKind kind : kWholes) {
-    CAPTURE(ToString(kind));
-    const Score score(kind, 0.3, 0.03, 20.0, 1, 0.03, {5.0, 1, 3, 0.0});
-    CHECK(score.OfAll(nullptr, nullptr, 0) == 0.0);
-    for (const double residual : {1e300, nan}) {
-      const std::vector<double> residuals(50, residual);
-      CHECK(score.OfAll(residuals.data(), nullptr, 50) == 0.0);
-    }
-    // γ − 1, γ and γ + 1 points; and all points in one place.
-    for (const int count : {0, 1, 2, 3, 4, 50}) {
-      const std::vector<double> zeros(50, 0.0);
-      const double value = score.OfAll(zeros.data(), nullptr, count);
-      CHECK(std::isfinite(value));
-      CHECK(value >= 0.0);
-    }
-    const std::vector<double> residuals = MixedResiduals(Rng(4));
-    const double value = score.OfAll(residuals.data(), nullptr, 100);
-    for (const double bar : {-1.0, 0.0, 0.5 * value, value - 1e-9})
-      CHECK(score.OfAll(residuals.data(), nullptr, 100, bar) == value);
-    for (const double bar : {value + 1e-9, 2.0 * value, 1e9})
-      CHECK(score.OfAll(residuals.data(), nullptr, 100, bar) <= bar);
-  }
-}
-
 TEST_CASE("scores over scales were not finite for thresholds whose cubes are not ordinary numbers") {
   for (const double threshold : {1e-150, 1e-3, 1.0, 1e150}) {
     const Score score(ScoreKind::kMarginalised, threshold, threshold, 1.0, 1, 0.1 * threshold);
@@ -198,8 +119,7 @@ void CheckBars(const PointMatrix& points, const Matrix3Parameters& truth, double
   const Scorer<Model> plain(points), weighted(points, {weights, {}});
   for (const auto& [kind, name] : kEnumNames<ScoreKind>) {
     CAPTURE(name);
-    const Score score(kind, threshold, threshold / 3.0, 20.0, 1, threshold / 8.0,
-                      {100.0 * threshold, ResidualDimension<Model>(), Model::kMinimalSize, 0.0});
+    const Score score(kind, threshold, threshold / 3.0, 20.0, 1, threshold / 8.0);
     for (const Scorer<Model>* scorer : {&plain, &weighted}) {
       for (const double change : {0.0, 1e-4, 1e-2, 1.0}) {
         Matrix3Parameters model = truth;

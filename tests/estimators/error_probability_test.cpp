@@ -33,7 +33,7 @@ Matches Views(int right, int wrong, int seed) {
 
 TwoViewEstimate Find(const Matches& matches) {
   ImageOptions options;
-  options.use_network = false;
+  options.guidance = Guidance::kNone;
   return EstimateFundamental(matches, options);
 }
 
@@ -57,7 +57,7 @@ TEST_CASE("a mirrored photograph is told") {
   for (int seed = 0; seed < 6; ++seed) {
     Matches matches = Views(200, 100, seed);
     ImageOptions options;
-    options.use_network = false;
+    options.guidance = Guidance::kNone;
     CHECK_FALSE(EstimateEssential(matches, {kCamera, kCamera}, options).mirrored);
     matches.points2.col(0) = 1279.0 - matches.points2.col(0).array();
     const TwoViewEstimate estimate = EstimateEssential(matches, {kCamera, kCamera}, options);

@@ -124,7 +124,7 @@ TEST_CASE("a frontal view has a horizon and no focal length") {
 TEST_CASE("without a network vanishing points are those of most length") {
   const RoomSegments room = Room();
   VanishingPointOptions options = Known(room);
-  options.use_network = false;
+  options.guidance = Guidance::kNone;
   const VanishingPointsEstimate estimate = EstimateVanishingPoints(room.segments, options);
   REQUIRE(estimate.ok());
   CHECK(estimate.values.empty());
@@ -138,7 +138,7 @@ TEST_CASE("segments that are no data for vanishing points give a status") {
     for (const bool network : {true, false}) {
       CAPTURE(calibrated, network);
       VanishingPointOptions options = calibrated ? Known(room) : Unknown();
-      options.use_network = network;
+      options.guidance = network ? Guidance::kNetwork : Guidance::kNone;
       const auto status = [&](const Segments& segments) { return EstimateVanishingPoints(segments, options).status; };
       CHECK(status(Segments(0, 4)) == Status::kTooFewPoints);
       CHECK(status(good.topRows(1)) == Status::kTooFewPoints);
@@ -192,9 +192,9 @@ TEST_CASE("options and missing sizes are refused by name") {
   refused(options, "least_value: expected");
   options = Known(room);
   options.models_folder = "/none";
-  refused(options, "model vanishing_point_chooser/model.safetensors: no such file; looked for /none");
+  refused(options, "/none/vanishing_point_chooser/model.safetensors: no such checkpoint");
   options.K.reset();
-  refused(options, "model vanishing_point_chooser_uncalibrated/model.safetensors");
+  refused(options, "/none/vanishing_point_chooser_uncalibrated/model.safetensors");
 }
 
 TEST_CASE("the function gives the digits of the tables' row, with K and without") {

@@ -6,17 +6,12 @@
 #include "diffsac/diffsac.h"
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/presets.h"
+#include "diffsac/estimators/second_search.h"
 #include "diffsac/problem/tasks.h"
 #include "geometry/two_view_problems.h"
 
 namespace diffsac {
 namespace {
-
-EstimateOptions WithModels() {
-  EstimateOptions options;
-  options.models_folder = DIFFSAC_SOURCE_DIR "/models";
-  return options;
-}
 
 Problem Calibrated(std::uint64_t seed) {
   Rng rng(seed);
@@ -33,12 +28,11 @@ Problem Calibrated(std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("an estimator that is kept says what the functions say, problem by problem") {
-  const Estimator estimator(Task::kEssential, WithModels());
+  const Estimator estimator(Task::kEssential);
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
     const Problem problem = Calibrated(seed);
     Matches matches{problem.points.leftCols(2), problem.points.rightCols(2), problem.match_ratio};
     ImageOptions options;
-    options.models_folder = WithModels().models_folder;
     options.seed = seed;
     options.max_residual_px = 1.0;
     const TwoViewEstimate once = EstimateEssential(matches, *problem.cameras, options);
@@ -53,7 +47,7 @@ TEST_CASE("an estimator that is kept says what the functions say, problem by pro
 }
 
 TEST_CASE("estimators are kept by what makes them") {
-  EstimateOptions options = WithModels();
+  EstimateOptions options;
   const auto first = KeptEstimator(Task::kEssential, options);
   options.seed = 5;
   CHECK(KeptEstimator(Task::kEssential, options) == first);
@@ -68,8 +62,8 @@ TEST_CASE("estimators are kept by what makes them") {
 TEST_CASE("what an estimator cannot do is said") {
   EstimateOptions options;
   options.max_iterations = -1;
-  CHECK(Has(ErrorOf([&] { Estimator(Task::kEssential, options); }), "max_iterations: expected from 0"));
-  const Estimator estimator(Task::kFundamental, WithModels());
+  CHECK(Has(ErrorOf([&] { Estimator(Task::kEssential, options); }), "max_iterations: expected from 1"));
+  const Estimator estimator(Task::kFundamental);
   CHECK(Has(ErrorOf([&] { estimator.Run(Calibrated(0)); }), "problem.task: expected fundamental, got essential"));
   options = {};
   options.models_folder = "/none";
@@ -77,19 +71,27 @@ TEST_CASE("what an estimator cannot do is said") {
   CHECK(Has(ErrorOf([&] { without.Run(Calibrated(0)); }), "/none/essential/model.safetensors"));
 }
 
-TEST_CASE("noise scales of a problem are those of the options times its factors") {
+TEST_CASE("a threshold that was asked for widens the range") {
   Problem problem = Calibrated(2);
-  ClassicalOptions options = RecommendedClassical(Task::kEssential);
-  const ClassicalEstimator plain(options);
-  options.consensus.least_scale *= 0.5;
-  options.consensus.greatest_scale *= 3.0;
-  const Estimate by_options = ClassicalEstimator(options).Run(problem, 1);
-  problem.least_scale_factor = 0.5;
-  problem.greatest_scale_factor = 3.0;
-  const Estimate by_problem = plain.Run(problem, 1);
-  REQUIRE(by_problem.status == Status::kOk);
-  CHECK(by_problem.model == by_options.model);
-  CHECK(by_problem.noise_scale == by_options.noise_scale);
+  problem.inlier_threshold = UsualThreshold(Task::kEssential);
+  CHECK(NoiseRangeOf(problem, true).least == 1.0);
+  CHECK(NoiseRangeOf(problem, true).greatest == 1.0);
+  problem.inlier_threshold = 40.0;
+  CHECK(NoiseRangeOf(problem, false).greatest == 1.0);
+  CHECK(NoiseRangeOf(problem, true).greatest == 40.0);
+  CHECK(NoiseRangeOf(problem, true).least < 5.0);
+  problem.inlier_threshold = 1e-3;
+  CHECK(NoiseRangeOf(problem, true).least == 1e-3);
+  CHECK(NoiseRangeOf(problem, true).greatest > 0.1);
+}
+
+TEST_CASE("one search is enough where nothing is in doubt") {
+  const Problem problem = Calibrated(0);
+  const PreparedProblem prepared(problem);
+  const ClassicalEstimator once(LoRansacOptions(Task::kEssential));
+  const Estimate estimate = once.Run(problem, 1);
+  REQUIRE(estimate.IsSure());
+  CHECK(ReasonToSearch(prepared, estimate) == SearchReason::kNone);
 }
 
 }  // namespace diffsac

@@ -71,7 +71,7 @@ TEST_CASE("a plane has two motions: one of them is right, of E, F and H") {
       const Wall wall = MakeWall(task, seed);
       const Estimate estimate = EstimateOf(wall);
       REQUIRE(estimate.status == Status::kOk);
-      const auto pose = PoseOfEstimate(estimate, wall.problem);
+      const auto& pose = estimate.pose;
       REQUIRE(pose);
       CHECK(pose->translation.norm() == Approx(1.0));
       two += estimate.other_pose.has_value();
@@ -93,7 +93,7 @@ TEST_CASE("matches beside a plane say which of its motions is right") {
     for (int seed = 0; seed < 8; ++seed) {
       const Wall wall = MakeWall(task, seed, 0.3, 0.1);
       const Estimate estimate = EstimateOf(wall);
-      const auto pose = PoseOfEstimate(estimate, wall.problem);
+      const auto& pose = estimate.pose;
       CAPTURE(ToString(task), seed);
       REQUIRE(pose);
       CHECK_FALSE(estimate.other_pose);
@@ -108,14 +108,14 @@ TEST_CASE("a homography of a camera that turned has its rotation, and without ca
       const Estimate estimate = EstimateOf(wall);
       CAPTURE(noise, seed);
       CHECK(estimate.translation == Translation::kTurn);
-      const auto pose = PoseOfEstimate(estimate, wall.problem);
+      const auto& pose = estimate.pose;
       REQUIRE(pose);
       CHECK(pose->translation.isZero(0.0));
       CHECK(RotationAngleDegrees(pose->rotation, wall.motion.rotation) < 0.2);
       wall.problem.cameras.reset();
       const Estimate without = EstimateOf(wall);
       CHECK(without.translation == Translation::kDetermined);
-      CHECK_FALSE(PoseOfEstimate(without, wall.problem));
+      CHECK_FALSE(without.pose);
       CHECK(without.model == estimate.model);
     }
 }

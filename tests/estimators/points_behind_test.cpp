@@ -15,7 +15,7 @@ const Eigen::Matrix3d kCamera{{900.0, 0.0, 500.0}, {0.0, 900.0, 400.0}, {0.0, 0.
 
 ImageOptions Plain() {
   ImageOptions options;
-  options.use_network = false;
+  options.guidance = Guidance::kNone;
   return options;
 }
 

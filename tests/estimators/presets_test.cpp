@@ -50,7 +50,7 @@ void CheckSame(const Result& result, const Estimate& row) {
 
 ImageOptions Seeded(bool use_network) {
   ImageOptions options;
-  options.use_network = use_network;
+  options.guidance = use_network ? Guidance::kNetwork : Guidance::kNone;
   options.seed = 5;
   return options;
 }

@@ -126,7 +126,7 @@ inline std::vector<PublicFunction> PublicFunctions() {
   };
   for (const bool network : {true, false}) {
     ImageOptions options;
-    options.use_network = network;
+    options.guidance = network ? Guidance::kNetwork : Guidance::kNone;
     const std::string with = network ? "" : " without a network";
     add("EstimateFundamental" + with, 7, true, matches, {}, [=](const PointMatrix& p, const Ratios& r, const K3&) {
       return EstimateFundamental(MatchesOf(p, r), options);
@@ -137,7 +137,7 @@ inline std::vector<PublicFunction> PublicFunctions() {
         });
     add("EstimateHomography" + with, 4, true, flat.rightCols(4), {},
         [=](const PointMatrix& p, const Ratios& r, const K3&) { return EstimateHomography(MatchesOf(p, r), options); });
-    vanishing.use_network = network;
+    vanishing.guidance = network ? Guidance::kNetwork : Guidance::kNone;
     add("EstimateVanishingPoints" + with, 2, false, room, {"K"}, [=](const PointMatrix& p, const Ratios&, const K3& K) {
       VanishingPointOptions calibrated = vanishing;
       calibrated.K = K;

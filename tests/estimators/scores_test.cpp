@@ -54,7 +54,7 @@ bool SameModel(const Result& a, const Result& b) {
 
 TEST_CASE("Where their order alone counts, scores are 1 minus ratios, to the last digit") {
   ImageOptions options;
-  options.use_network = false;
+  options.guidance = Guidance::kNone;
   const Scored flat = MakeScored(1, 3), general = MakeScored(0, 3);
   CHECK(SameModel(EstimateHomography(flat.matches, options), EstimateHomography(AsRatios(flat.matches), options)));
   CHECK(SameModel(EstimateAbsolutePose(general.points, testing::kCamera),
@@ -78,7 +78,7 @@ TEST_CASE("With scores no network is asked for, nor needed, and what few matches
     CHECK(estimate->num_inliers <= right + 10);
   }
   options.models_folder = {};
-  options.use_network = false;
+  options.guidance = Guidance::kNone;
   CHECK(SameModel(EstimateFundamental(scored.matches), EstimateFundamental(scored.matches, options)));
 }
 
@@ -250,10 +250,7 @@ TEST_CASE("An estimate without scores is taken by its support") {
     Estimate estimate = EveryThird(150), other = EveryThird(150);
     estimate.log_false_alarms = with;
     other.log_false_alarms = without;
-    estimate.report.draws = 5, other.report.draws = 7;
-    PreferWithoutScores(problem, other, &estimate);
-    CHECK(estimate.report.draws == 12);
-    return estimate.scores_ignored;
+    return IsBetterWithoutScores(problem, other, estimate);
   };
   problem.match_ratio = 1.0 - reversed.array();
   CHECK_FALSE(taken(-50.0, -50.0));
@@ -321,7 +318,7 @@ PointMatrix WrongGroups(Rng& rng) {
 TEST_CASE(
     "Matches with scores may be chance where wrong ones agree with each other, and are not beside noisy right ones") {
   ImageOptions options;
-  options.use_network = false;
+  options.guidance = Guidance::kNone;
   int flagged = 0, of_no_scores = 0;
   constexpr int kTrials = 10;
   for (int trial = 0; trial < kTrials; ++trial) {

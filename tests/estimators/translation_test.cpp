@@ -66,7 +66,7 @@ Views Make(const Scene& scene, std::uint64_t seed) {
 
 ImageOptions Plain() {
   ImageOptions options;
-  options.use_network = false;
+  options.guidance = Guidance::kNone;
   return options;
 }
 
@@ -83,13 +83,13 @@ TwoViewEstimate Fundamentals(const Views& views) { return EstimateFundamental(vi
 
 SharedFocalEstimate SharedFocals(const Views& views) {
   FocalOptions options;
-  options.use_network = false;
+  options.guidance = Guidance::kNone;
   return EstimateSharedFocal(views.matches, options);
 }
 
 SharedFocalEstimate OneFocals(const Views& views) {
   FocalOptions options;
-  options.use_network = false;
+  options.guidance = Guidance::kNone;
   return EstimateOneFocal(views.matches, kCamera, options);
 }
 

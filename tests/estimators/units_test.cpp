@@ -21,7 +21,6 @@ double ToleranceOf(double unit) { return unit == 1.0 / 1024.0 ? 1e-15 : kRoundin
 
 ImageOptions Within(double max_residual) {
   ImageOptions options;
-  options.models_folder = DIFFSAC_SOURCE_DIR "/models";
   options.max_residual_px = max_residual;
   return options;
 }

@@ -13,6 +13,7 @@
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/geometry/hyperplane.h"
 #include "fuzz/fuzz_problem.h"
 #include "fuzz/fuzz_target.h"
 

@@ -3,14 +3,10 @@
 #include <H5Cpp.h>
 
 #include <algorithm>
-#include <cstring>
-#include <fstream>
 #include <mutex>
-#include <string_view>
 #include <vector>
 
 #include "diffsac/core/random.h"
-#include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
 
 namespace diffsac::testing {
@@ -160,50 +156,6 @@ void EditOnce(H5::H5File* file, const std::vector<std::string>& paths, ByteReade
   }
 }
 
-// What structures of the format begin with, and the file itself.
-constexpr std::string_view kSignatures[] = {"\x89HDF", "OHDR", "OCHK", "TREE", "BTHD", "BTLF", "BTIN", "SNOD",
-                                            "HEAP",    "GCOL", "FRHP", "FHDB", "FSHD", "FSSE", "SMTB", "FADB"};
-
-std::size_t AnyPlace(const std::string& bytes, ByteReader* reader) { return reader->Word() % bytes.size(); }
-
-/// A field of one of the structures that the file has.
-std::size_t FieldOf(const std::string& bytes, ByteReader* reader) {
-  std::vector<std::size_t> places;
-  for (const std::string_view signature : kSignatures)
-    for (std::size_t at = bytes.find(signature); at != std::string::npos; at = bytes.find(signature, at + 1))
-      places.push_back(at);
-  if (places.empty()) return AnyPlace(bytes, reader);
-  const std::size_t at = places[reader->Word() % places.size()] + 4 + static_cast<std::size_t>(reader->Below(60));
-  return std::min(at, bytes.size() - 1);
-}
-
-void PutWord(std::size_t at, std::string* bytes, ByteReader* reader) {
-  constexpr std::uint64_t kWords[] = {0, 1, 2, 0xff, 0x7f, 0xffff, 0x7fffffff, 0xffffffff, ~0ull, ~0ull >> 1, 1u << 20};
-  const int kind = reader->Below(16);
-  const std::uint64_t word = kind < static_cast<int>(std::size(kWords)) ? kWords[kind] : reader->Word();
-  const std::size_t size = std::min(bytes->size() - at, std::size_t{1} << reader->Below(4));
-  std::memcpy(bytes->data() + at, &word, size);
-}
-
-void EditBytes(std::string* bytes, ByteReader* reader) {
-  const int kind = reader->Below(16);
-  const std::size_t at = reader->Flag() ? FieldOf(*bytes, reader) : AnyPlace(*bytes, reader);
-  const std::size_t length = std::min<std::size_t>(1 + reader->Byte(), bytes->size() - at);
-  if (kind < 5) {
-    (*bytes)[at] = static_cast<char>((*bytes)[at] ^ (1 << reader->Below(8)));
-  } else if (kind < 11) {
-    PutWord(at, bytes, reader);
-  } else if (kind < 13) {
-    bytes->replace(at, length, bytes->substr(AnyPlace(*bytes, reader), length));
-  } else if (kind == 13) {
-    bytes->insert(at, bytes->substr(AnyPlace(*bytes, reader), length));
-  } else if (kind == 14) {
-    bytes->erase(at, length);
-  } else if (reader->Below(4) == 0) {
-    bytes->resize(at);
-  }
-}
-
 }  // namespace
 
 void EditHdf5(const std::string& path, ByteReader* reader) {
@@ -218,19 +170,6 @@ void EditHdf5(const std::string& path, ByteReader* reader) {
       // The library refuses it.
     }
   }
-}
-
-void EditHdf5Bytes(const std::string& path, ByteReader* reader) {
-  std::string bytes = ReadFile(path);
-  for (int edits = 1 + reader->Below(8); edits > 0 && !bytes.empty(); --edits) EditBytes(&bytes, reader);
-  std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
-}
-
-void ChangeHdf5(const std::string& path, ByteReader* reader) {
-  if (reader->Flag())
-    EditHdf5Bytes(path, reader);
-  else
-    EditHdf5(path, reader);
 }
 
 std::vector<std::string> EditSeeds(int choices) {

@@ -14,14 +14,6 @@ namespace diffsac::testing {
 /// The files stay such as the library itself would write.
 void EditHdf5(const std::string& path, ByteReader* reader);
 
-/// Changes up to eight bytes or pieces of the file as bytes say, past the library: bits, words, pieces from elsewhere
-/// in it, cut ends, and the fields behind the signatures of the format's structures. Most of what comes of it no
-/// library wrote.
-void EditHdf5Bytes(const std::string& path, ByteReader* reader);
-
-/// The one or the other, as the first byte says.
-void ChangeHdf5(const std::string& path, ByteReader* reader);
-
 /// Seeds for a target whose first byte chooses one of `choices`: each unchanged, and with some changes.
 std::vector<std::string> EditSeeds(int choices);
 

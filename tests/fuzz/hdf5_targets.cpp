@@ -1,5 +1,5 @@
 // HDF5 files that others made: the first byte of an input says which sound file is hostile, the others change it
-// (ChangeHdf5).
+// (EditHdf5).
 
 #include <H5Cpp.h>
 
@@ -56,7 +56,7 @@ void RunPoints(const std::string& bytes) {
   static const std::string files[2] = {MakePoints(), MakePoses()};
   ByteReader reader(bytes);
   const std::string path = WriteScratch("scene/scene_points.h5", files[reader.Below(2)]);
-  ChangeHdf5(path, &reader);
+  EditHdf5(path, &reader);
   Parses({path}, [&] { ReadPointFile(path); });
   Parses({path, Scratch()},
          [&] { MakeDataset(ConfigFromYaml("{type: absolute_poses, paths: [" + Scratch() + "/scene]}"), 1); });
@@ -121,7 +121,7 @@ void RunCorrespondences(const std::string& bytes) {
   static const Scene scene;
   ByteReader reader(bytes);
   const std::size_t first = reader.Byte(), file = first % kSceneFiles.size();
-  ChangeHdf5(scene.folder() + "/" + kSceneFiles[file], &reader);
+  EditHdf5(scene.folder() + "/" + kSceneFiles[file], &reader);
   switch (first / kSceneFiles.size() % 4) {
     case 0:
       ReadScene(scene.folder());
@@ -169,7 +169,7 @@ void RunFeatures(const std::string& bytes) {
   ByteReader reader(bytes);
   const int hostile = reader.Below(2);
   const std::string paths[2] = {WriteScratch("features.h5", files[0]), WriteScratch("matches.h5", files[1])};
-  ChangeHdf5(paths[hostile], &reader);
+  EditHdf5(paths[hostile], &reader);
   const auto read = [&](const char* image) {
     Parses({paths[0]}, [&] { ImportedFeatures(paths[0]).Read(Scratch() + "/" + image, ImageSize{10, 8}, 3); });
   };
@@ -201,7 +201,7 @@ void RunEstimates(const std::string& bytes) {
   static const std::string sound = MakeEstimates();
   ByteReader reader(bytes);
   const std::string path = WriteScratch("estimates.h5", sound);
-  ChangeHdf5(path, &reader);
+  EditHdf5(path, &reader);
   Parses({path}, [&] { ReadEstimates(path); });
 }
 

@@ -37,7 +37,7 @@ mkdir "$own/empty"
   cd "$own/empty"
   run_expecting 0 vanish ../room.pgm --calibration ../K.txt
   grep -q '^focal length: 520 px, as given' "$own/out" || { cat "$own/out" >&2; fail "K was not used"; }
-  expect_file vanishing_points.png
+  expect_file diffsac_pictures/vanishing_points.png
   run_expecting 0 vanish ../room.pgm --focal 520 --no-network --picture ""
   grep -q 'sure' "$own/out" && fail "a network was asked"
   grep -q '^horizon: row 31[0-9]' "$own/out" || { cat "$own/out" >&2; fail "another horizon"; }

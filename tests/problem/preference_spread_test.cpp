@@ -4,7 +4,7 @@
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/preference_features.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/data/synthetic_plane_views.h"
+#include "lab/data/plane_pair.h"
 #include "lab/data/synthetic_structures.h"
 
 namespace diffsac {
@@ -61,15 +61,13 @@ TEST_CASE("the first of the spread hypotheses is the best one") {
 }
 
 TEST_CASE("neighbouring sets find more planes of two views than uniform ones") {
-  SyntheticPlaneViewsOptions views;
-  views.structures.structures = 4;
-  const auto dataset = MakeSyntheticPlaneViews(views, 5);
   int near = 0, uniform = 0;
   for (int i = 0; i < 10; ++i) {
     PointFeaturesOptions options = Options(PreferenceChoice::kSpread, 8);
-    uniform += StructuresSeen(dataset->Get(i), options);
+    const Example example = testing::PlanePair({40, 30, 20, 15}, 60, i);
+    uniform += StructuresSeen(example, options);
     options.preference_from = PreferenceDraws::kNapsac;
-    near += StructuresSeen(dataset->Get(i), options);
+    near += StructuresSeen(example, options);
   }
   CHECK(near > uniform + 5);
 }

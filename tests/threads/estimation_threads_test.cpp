@@ -9,6 +9,7 @@
 #include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/geometry/fundamental.h"
+#include "diffsac/geometry/hyperplane.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/make_estimator.h"

@@ -16,8 +16,6 @@ or unknown arguments are a TypeError. Rows with values that are not finite, or m
 counts. Other Python threads run during an estimate.
 """
 
-import os as _os
-
 from . import _native
 from ._calls import explained as _explained
 from ._results import AbsolutePoseEstimate, Cost, Estimate, Estimates, Focal, Horizon, Pose, RigidMotionEstimate
@@ -45,7 +43,6 @@ estimate_two_focals = _explained(_native.estimate_two_focals)
 estimate_vanishing_points = _explained(_native.estimate_vanishing_points)
 
 __version__: str = _native.VERSION
-_native.set_packaged_models(_os.path.join(_os.path.dirname(_os.path.abspath(__file__)), "models"))
 
 __all__ = [
     "AbsolutePoseEstimate",

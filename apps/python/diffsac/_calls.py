@@ -35,7 +35,7 @@ ARGUMENTS = {
     "least_value": "The list ends before the first of which the network is less sure, from 0 to 1. 0: eight.",
     "max_iterations": "How many minimal samples are drawn at most. 0: what is recommended.",
     "use_network": "False: no network is read.",
-    "models_folder": "Where networks are. None: DIFFSAC_MODELS, or those of the package.",
+    "models_folder": "A folder of other networks. None: those of the package.",
     "seed": "Of the random draws, 0 or more: the same seed, the same result.",
 }
 P = ParamSpec("P")

@@ -1,7 +1,7 @@
 #include "diffsac/consensus/consensus_options.h"
 
-#include <algorithm>
-#include <cmath>
+#include "diffsac/consensus/option_names.h"
+#include "diffsac/core/options.h"
 
 namespace diffsac {
 namespace {
@@ -22,7 +22,7 @@ void BindStopping(ConsensusOptions& o, OptionsBinder& b) {
 void BindScales(ConsensusOptions& o, OptionsBinder& b) {
   b.Field("threshold", o.threshold)
       .Help("what an inlier is: ε as given, or what suits a model's own residuals, with ε the greatest");
-  const bool scales = o.ScoresNeed(&ScoreNeeds::scales) || o.final_refinement == FinalRefinement::kMarginalised ||
+  const bool scales = o.Uses(ScoreKind::kMarginalised) || o.final_refinement == FinalRefinement::kMarginalised ||
                       o.threshold == ThresholdKind::kAdaptive;
   b.Field("least_scale", o.least_scale, AtLeast(0.0))
       .OnlyIf(scales, "a score or refinement over scales, or threshold: adaptive")
@@ -84,25 +84,17 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   b.Field("score_threshold_factor", score_threshold_factor, Positive())
       .Help("scoring threshold as a multiple of the inlier threshold ε");
 
-  const bool marginal = ScoresNeed(&ScoreNeeds::half_width);
   const bool reweighted = local_optimization == LocalOptimization::kReweighted || refit == Refit::kReweighted;
   const bool graph_cut = local_optimization == LocalOptimization::kGraphCut;
   b.Field("residual_dof", residual_dof, Within(0, 6))
-      .OnlyIf(ScoresNeed(&ScoreNeeds::dof) || reweighted, "magsac_pp as a score or irls")
+      .OnlyIf(Uses(ScoreKind::kMagsac) || reweighted, "magsac_pp as a score or irls")
       .Help("degrees of freedom of a residual for MAGSAC++; 0: the model's own");
   BindScales(*this, b);
-  b.Field("noise_prior", noise_prior, AtLeast(0.0))
-      .OnlyIf(marginal, "marginal_likelihood as a score")
-      .Help("σ = sigma_factor · ε counts as so many inliers' worth of evidence; 0: nothing is known of σ");
   b.Field("sigma_factor", sigma_factor, Positive())
-      .OnlyIf(ScoresNeed(&ScoreNeeds::sigma) || refit == Refit::kMixture || (marginal && noise_prior > 0.0),
-              "gaussian_uniform as a score, marginal_likelihood with a noise_prior or refit: em")
+      .OnlyIf(Uses(ScoreKind::kGaussianUniform) || refit == Refit::kMixture, "gaussian_uniform as a score or refit: em")
       .Help("σ of inlier noise as a multiple of ε");
-  b.Field("outlier_half_width", outlier_half_width, AtLeast(0.0))
-      .OnlyIf(marginal, "marginal_likelihood as a score")
-      .Help("outliers' residuals are uniform within ± this, in the data's unit; 0: half the points' extent");
   b.Field("inlier_prior", inlier_prior, Within(0.001, 0.999))
-      .OnlyIf(ScoresNeed(&ScoreNeeds::share), "gaussian_uniform as a score")
+      .OnlyIf(Uses(ScoreKind::kGaussianUniform), "gaussian_uniform as a score")
       .Help("share of inliers that the score assumes during the search");
   b.Field("local_samples", local_samples, AtLeast(0))
       .OnlyIf(graph_cut || local_optimization == LocalOptimization::kInnerSamples,
@@ -120,40 +112,6 @@ void ConsensusOptions::Bind(OptionsBinder& b) {
   BindRefits(*this, b);
   b.Field("block_size", block_size, Within(0, 1e6))
       .Help("sets drawn and scored at a time, 0: from 64 growing to 4096; results do not depend on it");
-}
-
-double AllInlierProbability(std::int64_t inliers, std::int64_t num_points, int set_size) {
-  if (inliers < set_size || num_points < set_size) return 0.0;
-  double probability = 1.0;
-  for (int i = 0; i < set_size; ++i)
-    probability *= static_cast<double>(inliers - i) / static_cast<double>(num_points - i);
-  return std::min(probability, 1.0);
-}
-
-std::int64_t DrawsForConfidence(double probability, double confidence) {
-  if (!(probability > 0.0) || confidence >= 1.0) return probability >= 1.0 ? 1 : kNeverEnough;
-  if (probability >= 1.0 || !(confidence > 0.0)) return 1;
-  // log1p keeps the digits of a small probability.
-  const double draws = std::ceil(std::log1p(-confidence) / std::log1p(-probability));
-  // 2^63 as a double; at and above it the conversion would be undefined.
-  constexpr double kTooMany = 9.2233720368547758e18;
-  return draws < kTooMany ? std::max<std::int64_t>(1, static_cast<std::int64_t>(draws)) : kNeverEnough;
-}
-
-void StoppingRule::Update(std::int64_t inliers) {
-  probability_ = AllInlierProbability(inliers, num_points_, set_size_);
-  needed_ = DrawsForConfidence(probability_, options_.confidence);
-}
-
-bool StoppingRule::Finds(std::int64_t iterations) const {
-  constexpr double kSure = 0.99;
-  return iterations >= DrawsForConfidence(probability_, kSure);
-}
-
-StopReason StoppingRule::After(std::int64_t iterations) const {
-  if (options_.stopping != Stopping::kBudget && iterations >= std::max<std::int64_t>(options_.min_iterations, needed_))
-    return StopReason::kConfidence;
-  return iterations >= options_.max_iterations ? StopReason::kBudget : StopReason::kNotRun;
 }
 
 }  // namespace diffsac

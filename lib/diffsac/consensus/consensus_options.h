@@ -1,13 +1,11 @@
 #pragma once
 
-#include <cstdint>
-#include <limits>
-
 #include "diffsac/consensus/scores/score.h"
-#include "diffsac/core/enum_names.h"
-#include "diffsac/core/options.h"
+#include "diffsac/consensus/stopping_rule.h"
 
 namespace diffsac {
+
+class OptionsBinder;
 
 /// Local optimisation of each new best minimal model inside the loop; what scores no higher is dropped.
 ///   kNone            "none"
@@ -18,13 +16,6 @@ namespace diffsac {
 ///                    `spatial_weight` λ, and `local_samples` fits to samples of them (OptimizeByGraphCut)
 ///   kRefinement      "lm": the model's own nonlinear refinement, where it has one (model_hooks.h)
 enum class LocalOptimization { kNone, kInnerSamples, kReweighted, kGraphCut, kRefinement };
-template <>
-inline constexpr auto kEnumNames<LocalOptimization> =
-    NamesOf<LocalOptimization>({{LocalOptimization::kNone, "none"},
-                                {LocalOptimization::kInnerSamples, "lo_ransac"},
-                                {LocalOptimization::kReweighted, "irls"},
-                                {LocalOptimization::kGraphCut, "gc_ransac"},
-                                {LocalOptimization::kRefinement, "lm"}});
 
 /// After the loop. A refit that fails, that keeps fewer than γ inliers or that makes worse what it should make better
 /// leaves the hypothesis as it was. Least squares of an essential matrix is nonlinear, from the hypothesis (FitAgain in
@@ -39,56 +30,20 @@ inline constexpr auto kEnumNames<LocalOptimization> =
 ///   kReweighted  "irls": reweighted by MAGSAC++, threshold refit_threshold_factor times the score's, kept while the
 ///                final score does not fall
 enum class Refit { kNone, kInliers, kIterated, kMixture, kReweighted };
-template <>
-inline constexpr auto kEnumNames<Refit> = NamesOf<Refit>({{Refit::kNone, "none"},
-                                                          {Refit::kInliers, "inliers"},
-                                                          {Refit::kIterated, "iterated"},
-                                                          {Refit::kMixture, "em"},
-                                                          {Refit::kReweighted, "irls"}});
 
 /// The model's own nonlinear refinement, where it has one; kept unless the final score falls.
 ///   kNone        "none"
 ///   kRefinement  "lm": with the loss truncated at the threshold
 ///   kMarginalised      "lm_marginalised": with the loss over all scales up to ε (geometry/robust_loss.h)
 enum class FinalRefinement { kNone, kRefinement, kMarginalised };
-template <>
-inline constexpr auto kEnumNames<FinalRefinement> = NamesOf<FinalRefinement>({{FinalRefinement::kNone, "none"},
-                                                                              {FinalRefinement::kRefinement, "lm"},
-                                                                              {FinalRefinement::kMarginalised,
-                                                                               "lm_marginalised"}});
 
 /// What an inlier is: for the mask, the stopping rule, local optimisation and refits.
 ///   kFixed      "fixed": a residual of at most ε
 ///   kAdaptive   "adaptive": of at most the threshold that suits the model's own residuals, between least_scale and
 ///               greatest_scale (noise_scales.h); in the mask, at most ε as well
 enum class ThresholdKind { kFixed, kAdaptive };
-template <>
-inline constexpr auto kEnumNames<ThresholdKind> = NamesOf<ThresholdKind>({{ThresholdKind::kFixed, "fixed"},
-                                                                          {ThresholdKind::kAdaptive, "adaptive"}});
 
-/// Why the loop ended.
-enum class StopReason {
-  kNotRun,      ///< No draw was made: the points or the threshold were refused.
-  kBudget,      ///< As many draws as were asked for.
-  kConfidence,  ///< A better model is less likely than was asked for.
-  kExhausted,   ///< The sampler had no more sets.
-};
-
-template <>
-inline constexpr auto kEnumNames<StopReason> = NamesOf<StopReason>({{StopReason::kNotRun, "not_run"},
-                                                                    {StopReason::kBudget, "budget"},
-                                                                    {StopReason::kConfidence, "confidence"},
-                                                                    {StopReason::kExhausted, "exhausted"}});
-
-/// When a search ends.
-///   kBudget      "budget": after exactly so many draws, unless the sampler runs out
-///   kConfidence  "confidence": as soon as uniform draws would have found a better model
-enum class Stopping { kBudget, kConfidence };
-template <>
-inline constexpr auto kEnumNames<Stopping> = NamesOf<Stopping>({{Stopping::kBudget, "budget"},
-                                                                {Stopping::kConfidence, "confidence"}});
-
-struct ConsensusOptions {
+struct ConsensusOptions : StoppingOptions {
   /// Chooses among hypotheses (score.h).
   ScoreKind score = ScoreKind::kInlierCount;
   /// Scoring threshold as a multiple of the problem's inlier threshold ε (MSAC scores best at 1.5 ε; MAGSAC++, which
@@ -119,12 +74,6 @@ struct ConsensusOptions {
   double focal_log_sigma = 0.43;
   /// σ of inlier noise as a multiple of ε, for gaussian_uniform score and refit.
   double sigma_factor = 1.0 / 3.0;
-  /// An outlier's residual is uniform within ± this: what marginal_likelihood reckons with; in the data's unit. 0: half
-  /// the mean side of the points' bounding box (MakeMixture).
-  double outlier_half_width = 0.0;
-  /// Of marginal_likelihood: as so many inliers' worth of evidence counts that σ is sigma_factor · ε. 0: nothing is
-  /// known of σ.
-  double noise_prior = 0.0;
   /// Share of inliers assumed by the gaussian_uniform score inside the loop; refits and the final score estimate it.
   double inlier_prior = 0.3;
   LocalOptimization local_optimization = LocalOptimization::kNone;
@@ -132,13 +81,6 @@ struct ConsensusOptions {
   int irls_rounds = 20;
   int graph_neighbors = 8;
   double spatial_weight = 0.1;
-  /// When to end the search. At confidence: once the best model's inliers, at ε, say that a better one would have been
-  /// drawn with probability `confidence`, by the exact hypergeometric rule; after min_iterations at least and
-  /// max_iterations at most.
-  Stopping stopping = Stopping::kBudget;
-  int max_iterations = 1000;
-  int min_iterations = 0;
-  double confidence = 0.99;
   Refit refit = Refit::kInliers;
   int refit_rounds = 1;
   double refit_threshold_factor = 1.0;
@@ -164,43 +106,9 @@ struct ConsensusOptions {
   FinalRefinement final_refinement = FinalRefinement::kNone;
   /// Sets that are drawn and scored at a time, 0: from 64 growing to 4096. Results do not depend on it.
   int block_size = 0;
-  /// Whether one of the two scores asks for it.
-  bool ScoresNeed(bool ScoreNeeds::*what) const { return NeedsOf(score).*what || NeedsOf(final_score).*what; }
+  /// Whether it is one of the two scores.
+  bool Uses(ScoreKind kind) const { return score == kind || final_score == kind; }
   void Bind(OptionsBinder& b);
-};
-
-inline constexpr std::int64_t kNeverEnough = std::numeric_limits<std::int64_t>::max();
-
-/// The probability that a set of `set_size` points drawn without replacement holds inliers only:
-/// Π (I − i)/(N − i), the hypergeometric law (not (I/N)^γ, which is too high for few points).
-double AllInlierProbability(std::int64_t inliers, std::int64_t num_points, int set_size);
-
-/// The least number of draws after which, with probability `confidence`, one at least was good:
-/// ⌈log(1 − confidence)/log(1 − p)⌉, at least 1; kNeverEnough for p = 0.
-/// probability: p, of one draw being good.
-std::int64_t DrawsForConfidence(double probability, double confidence);
-
-/// Decides after each draw whether the search goes on.
-class StoppingRule {
- public:
-  /// options: `stopping` and what stands behind it; borrowed. N and γ of the problem.
-  StoppingRule(const ConsensusOptions& options, std::int64_t num_points, int set_size)
-      : options_(options), num_points_(num_points), set_size_(set_size) {}
-  /// So many points of a set are drawn (MinimalSampler::DrawnPoints).
-  void SetDrawnPoints(int count) { set_size_ = count; }
-  /// The best model so far has so many inliers.
-  void Update(std::int64_t inliers);
-  /// kNotRun: go on.
-  StopReason After(std::int64_t iterations) const;
-  /// Whether so many draws have a set of inliers alone with a probability of .99, whatever the confidence asked for.
-  bool Finds(std::int64_t iterations) const;
-
- private:
-  const ConsensusOptions& options_;
-  std::int64_t num_points_;
-  int set_size_;
-  double probability_ = 0.0;  ///< Of one draw being good.
-  std::int64_t needed_ = kNeverEnough;
 };
 
 }  // namespace diffsac

@@ -1,15 +1,13 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstdint>
-#include <span>
-#include <vector>
 
+#include "diffsac/consensus/solve_set.h"
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
-#include "diffsac/geometry/focal_posterior.h"
+#include "diffsac/geometry/focal.h"
 #include "diffsac/geometry/model.h"
 #include "diffsac/geometry/robust_loss.h"
 
@@ -162,18 +160,6 @@ Status CheckPoints(const PointMatrix& points) {
     if (!Model::Determined(points)) return Status::kDegenerate;
   }
   return Status::kOk;
-}
-
-/// Whether every index of a set is a row of so many points.
-inline bool AreRows(std::span<const int> set, Eigen::Index points) {
-  return std::all_of(set.begin(), set.end(), [&](int i) { return i >= 0 && i < points; });
-}
-
-/// Writes up to kMaxSolutions models of the γ points, returns how many; 0 for a degenerate set and for one with an
-/// index out of range.
-template <MinimalModel Model>
-int SolveSet(const PointMatrix& points, const int* set, typename Model::Parameters* models) {
-  return AreRows({set, Model::kMinimalSize}, points.rows()) ? Model::SolveMinimal(points, set, models) : 0;
 }
 
 }  // namespace diffsac

@@ -32,30 +32,43 @@ SafetensorsFile::SafetensorsFile(std::string path) : path_(std::move(path)) {
   if (!std::filesystem::is_regular_file(path_)) throw Error(path_ + ": not a file");
   stream_.open(path_, std::ios::binary);
   if (!stream_) throw Error(path_ + ": cannot be opened");
+  stream_.seekg(0, std::ios::end);
+  size_ = static_cast<std::uint64_t>(std::max<std::streamoff>(stream_.tellg(), 0));
   ReadHeader();
+}
+
+SafetensorsFile::SafetensorsFile(std::string path, std::string_view memory)
+    : path_(std::move(path)), memory_(memory), size_(memory.size()) {
+  ReadHeader();
+}
+
+void SafetensorsFile::ReadAt(std::uint64_t begin, std::span<std::byte> bytes, const std::string& where) {
+  if (!stream_.is_open()) {
+    std::memcpy(bytes.data(), memory_.data() + begin, bytes.size());
+    return;
+  }
+  stream_.seekg(static_cast<std::streamoff>(begin));
+  stream_.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!stream_) throw Error(where + " cannot be read");
 }
 
 void SafetensorsFile::Fail(const std::string& what) const { throw Error(path_ + ": not a safetensors file: " + what); }
 
 void SafetensorsFile::ReadHeader() {
-  stream_.seekg(0, std::ios::end);
-  const auto size = static_cast<std::uint64_t>(std::max<std::streamoff>(stream_.tellg(), 0));
-  if (size < kLengthBytes) Fail("it has " + std::to_string(size) + " bytes, expected more");
+  if (size_ < kLengthBytes) Fail("it has " + std::to_string(size_) + " bytes, expected more");
   char first[kLengthBytes];
-  stream_.seekg(0).read(first, kLengthBytes);
-  if (!stream_) throw Error(path_ + ": cannot be read");
+  ReadAt(0, std::as_writable_bytes(std::span(first)), path_ + ":");
   if (const std::string other = OtherFormat(first); !other.empty()) Fail(other);
   std::uint64_t length = 0;
   std::memcpy(&length, first, kLengthBytes);
-  if (length > size - kLengthBytes)
-    Fail("its header would have " + std::to_string(length) + " bytes, the file has " + std::to_string(size));
+  if (length > size_ - kLengthBytes)
+    Fail("its header would have " + std::to_string(length) + " bytes, the file has " + std::to_string(size_));
   if (length > kLargestHeader)
     Fail("its header has " + std::to_string(length) + " bytes, expected at most " + std::to_string(kLargestHeader));
   std::string text(length, '\0');
-  stream_.read(text.data(), static_cast<std::streamsize>(length));
-  if (!stream_) throw Error(path_ + ": cannot be read");
+  ReadAt(kLengthBytes, std::as_writable_bytes(std::span(text)), path_ + ":");
   data_begin_ = kLengthBytes + length;
-  header_ = ParseSafetensorsHeader(text, size - data_begin_, path_);
+  header_ = ParseSafetensorsHeader(text, size_ - data_begin_, path_);
 }
 
 const std::string& SafetensorsFile::Text(const std::string& key) const {
@@ -82,9 +95,7 @@ void SafetensorsFile::ReadBytes(const std::string& name, const std::string& type
   if (tensor.shape != shape) throw Error(where + " is " + ShapeText(tensor.shape) + ", expected " + ShapeText(shape));
   if (tensor.type != type) throw Error(where + " is of " + tensor.type + ", expected " + type);
   if (tensor.end - tensor.begin != bytes.size()) throw std::logic_error(where + ": no room for its values");
-  stream_.seekg(static_cast<std::streamoff>(data_begin_ + tensor.begin));
-  stream_.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  if (!stream_) throw Error(where + " cannot be read");
+  ReadAt(data_begin_ + tensor.begin, bytes, where);
 }
 
 }  // namespace diffsac

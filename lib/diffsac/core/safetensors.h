@@ -5,6 +5,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "diffsac/core/safetensors_header.h"
@@ -17,6 +18,8 @@ class SafetensorsFile {
  public:
   /// Throws Error naming the file and what is wrong when it is missing, of another format or damaged.
   explicit SafetensorsFile(std::string path);
+  /// The same of a file in memory, which stays where it is. `path` names it in messages.
+  SafetensorsFile(std::string path, std::string_view memory);
 
   const std::string& path() const { return path_; }
   const std::map<std::string, TensorInfo>& tensors() const { return header_.tensors; }
@@ -33,10 +36,13 @@ class SafetensorsFile {
   void ReadHeader();
   void ReadBytes(const std::string& name, const std::string& type, const std::vector<std::int64_t>& shape,
                  std::span<std::byte> bytes);
+  void ReadAt(std::uint64_t begin, std::span<std::byte> bytes, const std::string& where);
   [[noreturn]] void Fail(const std::string& what) const;
 
   std::string path_;
-  std::ifstream stream_;
+  std::ifstream stream_;  ///< Closed if the file is in memory.
+  std::string_view memory_;
+  std::uint64_t size_ = 0;
   std::uint64_t data_begin_ = 0;
   SafetensorsHeader header_;
 };

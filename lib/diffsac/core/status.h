@@ -19,10 +19,11 @@ enum class Status {
 /// "ok", "too_few_points", "degenerate", "no_model" or "too_many_points".
 std::string_view ToString(Status status);
 
-/// A mistake of the user's (configuration, file, command line): one clear line for the terminal.
-class Error : public std::runtime_error {
+/// A mistake of the caller's (argument, option, configuration, file, command line): one clear line for the terminal.
+/// Both catch (const diffsac::Error&) and catch (const std::invalid_argument&) take it.
+class Error : public std::invalid_argument {
  public:
-  using std::runtime_error::runtime_error;
+  using std::invalid_argument::invalid_argument;
 };
 
 /// What to tell the user: the whole of an Error, of another exception the first line, for libraries append where in

@@ -38,7 +38,7 @@ std::unique_ptr<MinimalSampler> SamplerOf(const SolverSpace& space, int set_size
 
 template <MinimalModel Model>
 Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options, const Rng& rng) {
-  ConsensusOptions consensus = OptionsOfProblem(space.problem(), options.consensus);
+  ConsensusOptions consensus = OptionsOfProblem(space, options.consensus);
   consensus.max_iterations = options.max_iterations;
   if (options.structures.Several()) {
     const auto sampler_of = [&](const std::vector<int>& rows, int search) {
@@ -50,8 +50,9 @@ Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options
                                             PriorsOfProblem(space, consensus)));
   }
   const auto sampler = SamplerOf(space, Model::kMinimalSize, options, rng);
-  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus,
-                                                      rng.Fork("consensus"), PriorsOfProblem(space, consensus)));
+  return EstimateOf(
+      space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus, rng.Fork("consensus"),
+                                        PriorsOfProblem(space, consensus), options.search_threads));
 }
 
 }  // namespace
@@ -63,6 +64,7 @@ void ClassicalOptions::Bind(OptionsBinder& b) {
   consensus.max_iterations = max_iterations;
   b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
   b.Field("structures", structures).Help("whether several models are looked for, and how");
+  b.Field("search_again", search_again).Help("whether a first search that leaves doubts is followed by a second one");
   b.Require(consensus.max_iterations <= max_iterations, "consensus.max_iterations", "at most `max_iterations`");
   // One budget: so a setting that says how many draws means the same to this row and to one with a network.
   max_iterations = consensus.max_iterations;
@@ -88,9 +90,9 @@ ClassicalEstimator::ClassicalEstimator(const ClassicalOptions& options) : option
   LoadChooser(&options_.structures);
 }
 
-Estimate ClassicalEstimator::DoRun(const Problem& problem, std::uint64_t seed) const {
-  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
-    return EstimateModel<Model>(space, options_, Rng(seed));
+Estimate ClassicalEstimator::DoRun(const SolverSpace& space, std::uint64_t seed) const {
+  return TimedEstimate(space, [&]<MinimalModel Model>(const SolverSpace& of_points) {
+    return EstimateModel<Model>(of_points, options_, Rng(seed));
   });
 }
 

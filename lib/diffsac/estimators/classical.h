@@ -16,11 +16,14 @@ struct ClassicalOptions {
   /// budget`, at most so many otherwise (it stands for consensus.max_iterations). The exhaustive method takes every one
   /// of them, unless there are more than this: then it takes this many random ones, as its report's budget shows.
   int max_iterations = 1000;
+  int search_threads = 1;   ///< Threads of one search, 0: all cores. Set by EstimateOptions, not by a key.
   bool exhaustive = false;  ///< Set by the method's type, not by a key.
   /// Where minimal sets come from. PROSAC on data without a quality samples uniformly.
   MinimalSamplerOptions sampling;
   ConsensusOptions consensus;
   StructureSearchOptions structures;
+  /// Whether there is a second search where the first one leaves doubts (second_search.h). Not for several models.
+  bool search_again = false;
   void Bind(OptionsBinder& b);
 };
 
@@ -33,9 +36,11 @@ ClassicalOptions LoRansacOptions(Task task);
 class ClassicalEstimator : public RobustEstimator {
  public:
   explicit ClassicalEstimator(const ClassicalOptions& options);
-  Estimate DoRun(const Problem& problem, std::uint64_t seed) const override;
+  bool SearchesAgain() const override { return options_.search_again && !options_.structures.Several(); }
 
  private:
+  Estimate DoRun(const SolverSpace& space, std::uint64_t seed) const override;
+
   ClassicalOptions options_;
 };
 

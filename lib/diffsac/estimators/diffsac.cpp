@@ -21,9 +21,8 @@ namespace {
 
 using ImagePointsOf = Eigen::Matrix<double, Eigen::Dynamic, 2>;
 
-/// asked: whether somebody asked for the problem's threshold.
-Estimate Run(const Problem& problem, const EstimateOptions& options, bool asked = true) {
-  return KeptEstimator(problem.task, options)->Run(problem, options.seed, asked);
+Estimate Run(const Problem& problem, const EstimateOptions& options) {
+  return KeptEstimator(problem.task, options)->Run(problem, options.seed);
 }
 
 void RequireOneEach(Eigen::Index rows, Eigen::Index points, const char* name) {
@@ -185,9 +184,9 @@ Estimate EstimateMotion(Task task, const CloudMatches& matches, const CloudOptio
 }
 
 TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
-  Estimate estimate = Run(problem, options, options.max_residual_px > 0.0);
+  Estimate estimate = Run(problem, options);
   TwoViewEstimate result;
-  if (estimate.status == Status::kOk && problem.cameras) result.pose = PoseOfEstimate(estimate, problem);
+  result.pose = estimate.pose;
   if (result.pose) result.pose_covariance = estimate.pose_covariance;
   result.other_pose = estimate.other_pose;
   result.translation = estimate.translation;
@@ -201,7 +200,7 @@ TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
 /// `Description`: of the problem's task.
 template <class Description>
 SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions& options) {
-  Estimate estimate = Run(problem, options, options.max_residual_px > 0.0);
+  Estimate estimate = Run(problem, options);
   SharedFocalEstimate result;
   result.focal = estimate.focal;
   result.translation = estimate.translation;
@@ -209,7 +208,7 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions
   result.mirrored = estimate.mirrored;
   result.share_behind = estimate.share_behind;
   if (estimate.status == Status::kOk) {
-    result.pose = PoseOfEstimate(estimate, problem);
+    result.pose = estimate.pose;
     result.other_pose = estimate.other_pose;
     result.cameras = Description::CamerasOf(estimate.model, problem);
     estimate.model = Description::PixelModel(estimate.model, problem);

@@ -67,8 +67,7 @@ std::unique_ptr<MinimalSampler> DiffsacEstimator::Copies(const Guidance& guide) 
 }
 
 std::unique_ptr<MinimalSampler> DiffsacEstimator::Head(const Guidance& guide, const char* stream) const {
-  const Eigen::VectorXf weights =
-      InlierPriors(guide.space.problem(), guide.prediction.weights, options_.draws_by).cast<float>();
+  const Eigen::VectorXf weights = InlierPriors(guide.space, guide.prediction.weights, options_.draws_by).cast<float>();
   return std::make_unique<TemperedSampler>(std::span(weights.data(), static_cast<std::size_t>(weights.size())),
                                            guide.set_size, options_.temperature, guide.rng.Fork(stream));
 }
@@ -76,7 +75,7 @@ std::unique_ptr<MinimalSampler> DiffsacEstimator::Head(const Guidance& guide, co
 std::unique_ptr<MinimalSampler> DiffsacEstimator::Extra(const Guidance& guide) const {
   Eigen::VectorXd quality = guide.space.problem().match_ratio;
   if (quality.size() > 0 && options_.draws_by == PriorSource::kBoth)
-    quality = 1.0 - InlierPriors(guide.space.problem(), guide.prediction.weights, options_.draws_by).array();
+    quality = 1.0 - InlierPriors(guide.space, guide.prediction.weights, options_.draws_by).array();
   const bool by_quality =
       options_.extra_sampler == MinimalSamplerKind::kProsac && quality.size() == guide.space.points().rows();
   MinimalSamplerOptions extra;

@@ -4,8 +4,8 @@
 #include <tuple>
 #include <utility>
 
+#include "diffsac/core/embedded_models.h"
 #include "diffsac/core/lru_cache.h"
-#include "diffsac/core/resources.h"
 #include "diffsac/diffsac.h"
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/presets.h"
@@ -27,16 +27,17 @@ const double kFocalLogSigma = ConsensusOptions().focal_log_sigma;
 
 /// Kept by what it is made of.
 std::shared_ptr<const ClassicalEstimator> SearchOf(const VanishingPointOptions& options) {
-  using Key = std::tuple<bool, bool, double, int, std::string>;
+  using Key = std::tuple<Guidance, bool, double, std::optional<int>, std::string>;
   static LruCache<ClassicalEstimator, Key> kept(32);
   return kept.Get(
-      {options.use_network, options.K.has_value(), options.least_value, options.max_iterations, options.models_folder},
+      {options.guidance, options.K.has_value(), options.least_value, options.max_iterations, options.models_folder},
       [&] {
         std::string chooser;
-        if (options.use_network) chooser = FindModel(ChooserFile(options.K.has_value()), options.models_folder);
+        if (options.guidance == Guidance::kNetwork)
+          chooser = ModelPlace(ChooserFile(options.K.has_value()), options.models_folder);
         ClassicalOptions search = VanishingPoints(chooser);
         search.structures.least_value = options.least_value;
-        if (options.max_iterations > 0) search.max_iterations = options.max_iterations;
+        Apply(options, &search);
         return std::make_shared<const ClassicalEstimator>(search);
       });
 }
@@ -81,6 +82,8 @@ void VanishingPointOptions::Check() const {
   EstimateOptions::Check();
   Require(max_residual_deg > 0.0 && max_residual_deg <= 90.0, "max_residual_deg", "degrees, above 0 and at most 90");
   Require(least_value >= 0.0 && least_value <= 1.0, "least_value", "from 0 to 1");
+  Require(guidance != Guidance::kDiffusion, "guidance",
+          "none or network: diffusion has no network for vanishing points");
   if (K) CheckedCalibration(*K, "K");
   Require(K || size.known(), "size", "the image's size, or K");
 }

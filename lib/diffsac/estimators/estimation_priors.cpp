@@ -25,16 +25,6 @@ CameraPrior FocalCameraPrior(const FocalPriors& priors, double strength) {
 
 }  // namespace
 
-double InlierProbabilityOfRatio(double ratio) { return 0.05 + 0.9 / (1.0 + std::exp((ratio - 0.79) / 0.06)); }
-
-double InlierProbabilityOfScore(double score) { return 0.05 + 0.9 * score; }
-
-Eigen::VectorXd MatchPriors(const Problem& problem) {
-  if (problem.match_ratio.size() != problem.points.rows()) return {};
-  if (problem.scored) return (1.0 - problem.match_ratio.array()).unaryExpr(&InlierProbabilityOfScore);
-  return problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
-}
-
 EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOptions& options) {
   EstimationPriors priors;
   priors.unit = space.unit();
@@ -52,16 +42,16 @@ EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOption
   priors.point_weights = PointWeights(problem);
   if (options.inlier_prior_power > 0.0) {
     priors.inlier_priors = priors.point_weights;
-    if (priors.inlier_priors.size() == 0) priors.inlier_priors = MatchPriors(problem);
+    if (priors.inlier_priors.size() == 0) priors.inlier_priors = space.match_probabilities();
   }
   return priors;
 }
 
-ConsensusOptions OptionsOfProblem(const Problem& problem, ConsensusOptions options) {
-  options.least_scale *= problem.least_scale_factor;
-  options.greatest_scale *= problem.greatest_scale_factor;
+ConsensusOptions OptionsOfProblem(const SolverSpace& space, ConsensusOptions options) {
+  options.least_scale *= space.noise().least;
+  options.greatest_scale *= space.noise().greatest;
   // Surest matches crowd on what repeats least, often one plane: F needs the others as well (docs/drop_ins.md).
-  if (problem.scored && problem.task == Task::kFundamental) options.inlier_prior_power *= 0.5;
+  if (space.problem().scored && space.problem().task == Task::kFundamental) options.inlier_prior_power *= 0.5;
   return options;
 }
 

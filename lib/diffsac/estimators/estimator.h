@@ -5,27 +5,11 @@
 #include <mutex>
 #include <string>
 
+#include "diffsac/estimators/estimate_options.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/problem.h"
 
 namespace diffsac {
-
-/// What every estimate may be told.
-struct EstimateOptions {
-  static constexpr int kMostIterations = 10'000'000;  ///< Of max_iterations.
-  /// Up to so many minimal samples are drawn (0: what is recommended, 1000 or, for lines and planes, 420); fewer where
-  /// the search is confident earlier.
-  int max_iterations = 0;
-  /// Two views: whether a network says where to draw; without one PROSAC draws by the ratios, or uniformly. Vanishing
-  /// points: whether a network chooses them; without one those of most segments are taken, by length. Of matches with
-  /// scores there is no network: it has learned what ratios say.
-  bool use_network = true;
-  /// Where models are: a folder like the project's models/. Empty: $DIFFSAC_MODELS, then where they were installed.
-  std::string models_folder = {};
-  std::uint64_t seed = 0;  ///< Of all that is drawn.
-  /// Throws Error naming the field and what was expected.
-  void Check() const;
-};
 
 /// What the functions of diffsac.h run, made once for any number of problems of a task:
 ///
@@ -42,11 +26,9 @@ class Estimator {
   /// EstimateOptions::Check does.
   explicit Estimator(Task task, const EstimateOptions& options = {}, bool several = false);
 
-  /// threshold_asked: whether the problem's threshold was asked for, so that noise may be far from it, or is a usual
-  /// one (ImageOptions::max_residual_px). Where ratios or scores look worse than none, it searches once more without
-  /// them (Estimate::scores_ignored; not for several models). Throws Error for a problem of another task, and where a
-  /// network is not found.
-  Estimate Run(const Problem& problem, std::uint64_t seed = 0, bool threshold_asked = true) const;
+  /// RobustEstimator::Run of the recommended estimator for what is known of the matches (ratios, scores, nothing).
+  /// Throws Error for a problem of another task, and where a network is not found.
+  Estimate Run(const Problem& problem, std::uint64_t seed = 0) const;
 
  private:
   enum Known { kNothing, kRatios, kScores };  ///< Of the matches.
@@ -54,7 +36,6 @@ class Estimator {
   std::shared_ptr<const RobustEstimator> Make(Known known) const;
   /// By what is known of its matches.
   const RobustEstimator& For(const Problem& problem) const;
-  Estimate Search(const Problem& problem, std::uint64_t seed, bool threshold_asked) const;
 
   Task task_;
   EstimateOptions options_;

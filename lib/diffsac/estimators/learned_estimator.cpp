@@ -31,11 +31,11 @@ Prediction RowsOf(const Prediction& whole, const std::vector<int>& rows, Eigen::
 
 }  // namespace
 
-Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& of_network, PriorSource source) {
+Eigen::VectorXd InlierPriors(const SolverSpace& space, const std::vector<float>& of_network, PriorSource source) {
   const Eigen::VectorXd network =
       Eigen::Map<const Eigen::VectorXf>(of_network.data(), static_cast<Eigen::Index>(of_network.size())).cast<double>();
-  if (problem.match_ratio.size() != problem.points.rows() || source == PriorSource::kNetwork) return network;
-  const Eigen::VectorXd of_ratio = MatchPriors(problem);
+  const Eigen::VectorXd& of_ratio = space.match_probabilities();
+  if (of_ratio.size() == 0 || source == PriorSource::kNetwork) return network;
   if (source == PriorSource::kRatio) return of_ratio;
   return (of_ratio.array() * network.array()).sqrt();
 }
@@ -48,6 +48,7 @@ void LearnedOptions::BindShared(OptionsBinder& b) {
   b.Field("batch", batch, Within(1, 4096)).Help("problems a network call");
   b.Field("consensus", consensus).Help("score, local optimisation, stopping and refits");
   b.Field("structures", structures).Help("whether several models are looked for, and how");
+  b.Field("search_again", search_again).Help("whether a first search that leaves doubts is followed by a second one");
   b.Field("inlier_prior_of", inlier_prior_of)
       .OnlyIf(consensus.inlier_prior_power > 0.0, "consensus.inlier_prior_power above 0")
       .Help(
@@ -66,13 +67,8 @@ LearnedEstimator::LearnedEstimator(std::shared_ptr<const LearnedModel> network,
   LoadChooser(&structures_);
 }
 
-Estimate LearnedEstimator::DoRun(const Problem& problem, std::uint64_t seed) const {
-  return EstimateOne(problem, seed);
-}
-
-Estimate LearnedEstimator::EstimateOne(const Problem& problem, std::uint64_t seed) const {
+Estimate LearnedEstimator::DoRun(const SolverSpace& space, std::uint64_t seed) const {
   const auto start = EstimatorClock::now();
-  const SolverSpace space(problem);
   Estimate estimate;
   estimate.status = Check(space);
   if (estimate.status != Status::kOk) return estimate;
@@ -84,23 +80,22 @@ Estimate LearnedEstimator::EstimateOne(const Problem& problem, std::uint64_t see
   return estimate;
 }
 
-std::vector<Estimate> LearnedEstimator::DoRunBatch(std::span<const Problem* const> problems,
+std::vector<Estimate> LearnedEstimator::DoRunBatch(std::span<const SolverSpace> given,
                                                    std::span<const std::uint64_t> seeds) const {
   const auto start = EstimatorClock::now();
-  std::vector<Estimate> estimates(problems.size());
+  std::vector<Estimate> estimates(given.size());
   if (!network_->batches) {
-    ParallelFor(static_cast<std::int64_t>(problems.size()), threads_,
-                [&](std::int64_t i) { estimates[i] = EstimateOne(*problems[i], seeds[i]); });
+    ParallelFor(static_cast<std::int64_t>(given.size()), threads_,
+                [&](std::int64_t i) { estimates[i] = DoRun(given[i], seeds[i]); });
     return estimates;
   }
   std::vector<SolverSpace> spaces;
   std::vector<std::uint64_t> fit_seeds;
   std::vector<std::size_t> places;  // of those that can be estimated from
-  for (std::size_t i = 0; i < problems.size(); ++i) {
-    SolverSpace space(*problems[i]);
-    estimates[i].status = Check(space);
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    estimates[i].status = Check(given[i]);
     if (estimates[i].status != Status::kOk) continue;
-    spaces.push_back(std::move(space));
+    spaces.push_back(given[i]);
     fit_seeds.push_back(seeds[i]);
     places.push_back(i);
   }
@@ -136,7 +131,7 @@ LearnedEstimator::Timed LearnedEstimator::PredictTimed(std::span<const SolverSpa
   timed.ms_features = MillisecondsSince(start);
 
   const auto network_start = EstimatorClock::now();
-  for (auto& features : sets) timed.predictions.push_back({std::move(features), {}, {}, {}});
+  for (auto& features : sets) timed.predictions.push_back({std::move(features), {}, {}});
   const std::size_t part = network_->problems_a_call > 0 ? network_->problems_a_call : spaces.size();
   const std::span<Prediction> predictions(timed.predictions);
   ParallelFor(static_cast<std::int64_t>((spaces.size() + part - 1) / part), threads_, [&](std::int64_t p) {
@@ -158,10 +153,8 @@ EstimationPriors LearnedEstimator::PriorsOf(const SolverSpace& space, const Pred
   const bool has_source =
       options_->inlier_prior_of == PriorSource::kNetwork || space.problem().match_ratio.size() == space.points().rows();
   if (options_->consensus.inlier_prior_power > 0.0 && !prediction.weights.empty() && has_source)
-    priors.inlier_priors = InlierPriors(space.problem(), prediction.weights, options_->inlier_prior_of);
-  priors.models = prediction.models;
-  if (options_->feature_hypotheses)
-    priors.models.insert(priors.models.end(), prediction.features.models.begin(), prediction.features.models.end());
+    priors.inlier_priors = InlierPriors(space, prediction.weights, options_->inlier_prior_of);
+  if (options_->feature_hypotheses) priors.models = prediction.features.models;
   if (options_->weighted_fit)
     priors.fit_weights =
         Eigen::Map<const Eigen::VectorXf>(prediction.weights.data(), space.points().rows()).cast<double>();
@@ -202,9 +195,9 @@ Estimate LearnedEstimator::Consensus(const SolverSpace& space, const Prediction&
                                             structures_, rng.Fork("consensus"), priors));
   }
   const auto sampler = MakeSampler({space, prediction, Model::kMinimalSize, rng});
-  const ConsensusOptions consensus = OptionsOfProblem(space.problem(), options_->consensus);
+  const ConsensusOptions consensus = OptionsOfProblem(space, options_->consensus);
   return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus,
-                                                      rng.Fork("consensus"), priors));
+                                                      rng.Fork("consensus"), priors, options_->search_threads));
 }
 
 Estimate LearnedEstimator::EstimateFrom(const SolverSpace& space, const Prediction& prediction,

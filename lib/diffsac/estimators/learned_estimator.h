@@ -41,10 +41,13 @@ struct LearnedOptions {
   /// Minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training. More find
   /// a good hypothesis at high outlier ratios; the network still sees the best `preference_kept` of them.
   int preference_draws = 0;
-  int batch = 8;  ///< problems a network call
+  int batch = 8;           ///< problems a network call
+  int search_threads = 1;  ///< Threads of one search, 0: all cores. Set by EstimateOptions, not by a key.
   PriorSource inlier_prior_of = PriorSource::kNetwork;
   ConsensusOptions consensus;
   StructureSearchOptions structures;
+  /// As ClassicalOptions::search_again.
+  bool search_again = false;
 
  protected:
   /// All but weighted_fit, whose key is the method's.
@@ -56,11 +59,10 @@ struct Prediction {
   FeatureSet features;
   std::vector<float> confidences;  ///< rows × N, as the method says; empty for methods without
   std::vector<float> weights;  ///< N values ≥ 0, in proportion to how likely an inlier is; empty for networks without
-  std::vector<ModelParameters> models = {};  ///< Scored as well, in the coordinates in which the problem is solved.
 };
 
 /// By point, of a problem's ratios (where it has them) and what a network says.
-Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& of_network, PriorSource source);
+Eigen::VectorXd InlierPriors(const SolverSpace& space, const std::vector<float>& of_network, PriorSource source);
 
 /// The core of every learned row: features → network, for a batch of problems at once → a sampler of minimal sets →
 /// sample consensus → refit. A method says what its network makes of a batch, and which sets come of it.
@@ -78,9 +80,7 @@ Eigen::VectorXd InlierPriors(const Problem& problem, const std::vector<float>& o
 /// ```
 class LearnedEstimator : public RobustEstimator {
  public:
-  Estimate DoRun(const Problem& problem, std::uint64_t seed) const final;
-  std::vector<Estimate> DoRunBatch(std::span<const Problem* const> problems,
-                                   std::span<const std::uint64_t> seeds) const final;
+  bool SearchesAgain() const final { return options_->search_again && !structures_.Several(); }
   int PreferredBatch() const final { return network_->batches ? options_->batch : 1; }
   std::optional<TrainingFacts> Training() const final { return network_->facts; }
 
@@ -123,7 +123,9 @@ class LearnedEstimator : public RobustEstimator {
     double ms_features = 0.0;
     double ms_network = 0.0;
   };
-  Estimate EstimateOne(const Problem& problem, std::uint64_t seed) const;
+  Estimate DoRun(const SolverSpace& space, std::uint64_t seed) const final;
+  std::vector<Estimate> DoRunBatch(std::span<const SolverSpace> spaces,
+                                   std::span<const std::uint64_t> seeds) const final;
   Timed PredictTimed(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds) const;
   template <MinimalModel Model>
   Estimate Consensus(const SolverSpace& space, const Prediction& prediction, const Rng& rng) const;

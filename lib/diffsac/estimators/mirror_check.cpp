@@ -4,22 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "diffsac/estimators/score_check.h"
 #include "diffsac/problem/tasks.h"
-#include "diffsac/problem/usable_rows.h"
 
 namespace diffsac {
 namespace {
-
-/// About the upright line through the second principal point, so that K2 stays what it is.
-Problem Mirrored(const Problem& problem) {
-  Problem mirrored = problem;
-  double middle = problem.size2.known() ? 0.5 * (problem.size2.width - 1) : problem.points.col(2).mean();
-  if (problem.cameras) middle = problem.cameras->K2(0, 2);
-  mirrored.points.col(2) = 2.0 * middle - problem.points.col(2).array();
-  mirrored.similarities.resize(0, 2);  // Angles of mirrored keypoints are others.
-  return mirrored;
-}
 
 /// Whether neighbouring matches go round the other way in the second image: matches of a mirrored image do, wrong ones
 /// as often as not.
@@ -61,23 +49,36 @@ std::ptrdiff_t InliersOf(const Estimate& estimate) {
 
 }  // namespace
 
-void CheckMirrored(const Problem& problem, const std::function<Estimate(const Problem&)>& search, Estimate* estimate) {
+/// About the upright line through the second principal point, so that K2 stays what it is.
+Problem Mirrored(const Problem& problem) {
+  Problem mirrored = problem;
+  double middle = problem.size2.known() ? 0.5 * (problem.size2.width - 1) : problem.points.col(2).mean();
+  if (problem.cameras) middle = problem.cameras->K2(0, 2);
+  mirrored.points.col(2) = 2.0 * middle - problem.points.col(2).array();
+  mirrored.similarities.resize(0, 2);  // Angles of mirrored keypoints are others.
+  return mirrored;
+}
+
+bool MayBeMirrored(const SolverSpace& space, const Estimate& estimate) {
+  const Problem& problem = space.problem();
+  const bool searched = estimate.status == Status::kOk || estimate.status == Status::kNoModel;
+  if (!searched || !IsTwoView(problem.task) || problem.points.cols() != 4) return false;
+  if (!GoesRoundOtherWay(problem.points)) return false;
+  return !estimate.IsSure() ||
+         ParallaxOfEstimate(estimate.model, estimate.inliers, space).translation != Translation::kLine;
+}
+
+bool IsBetterMirrored(const Estimate& mirrored, const Estimate& estimate) {
   // A surface of which neighbouring points change sides is seen by no two cameras, however many fit a model.
   constexpr double kShare = 0.9;
   constexpr double kClear = -10.0;  // Of log_false_alarms.
-  const bool searched = estimate->status == Status::kOk || estimate->status == Status::kNoModel;
-  if (!searched || !IsTwoView(problem.task) || problem.points.cols() != 4) return;
-  if (estimate->translation == Translation::kLine || !GoesRoundOtherWay(problem.points)) return;
-  const UsableRows usable(problem);
-  const Estimate mirrored = search(Mirrored(usable.problem()));
-  AddCost(mirrored.report, &estimate->report);
-  if (mirrored.status != Status::kOk || mirrored.MayBeWrong() || mirrored.log_false_alarms > kClear ||
-      static_cast<double>(InliersOf(mirrored)) < kShare * static_cast<double>(InliersOf(*estimate)))
-    return;
+  return mirrored.status == Status::kOk && !mirrored.MayBeWrong() && mirrored.log_false_alarms <= kClear &&
+         static_cast<double>(InliersOf(mirrored)) >= kShare * static_cast<double>(InliersOf(estimate));
+}
+
+void SetMirrored(Estimate* estimate) {
   estimate->mirrored = true;
   estimate->log_false_alarms = std::numeric_limits<double>::infinity();
-  estimate->translation = Translation::kNotTested;
-  estimate->turn.reset();
   estimate->other_pose.reset();
   estimate->pose_covariance.reset();
 }

@@ -1,16 +1,22 @@
 #pragma once
 
-#include <functional>
-
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/problem.h"
 
 namespace diffsac {
 
-/// Sets estimate->mirrored where most neighbouring matches go round the other way in the second image, and about as
-/// many as the estimate's inliers, or more, fit a model once that image is mirrored, left for right: then
-/// log_false_alarms is infinite, and there is no verdict and no covariance. Searches at most once, and only there.
-/// search: of one estimate of a problem.
-void CheckMirrored(const Problem& problem, const std::function<Estimate(const Problem&)>& search, Estimate* estimate);
+/// Whether most neighbouring matches go round the other way in the second image, as those of a mirrored photograph do.
+/// Not for matches that lie on a line.
+bool MayBeMirrored(const SolverSpace& space, const Estimate& estimate);
+
+/// The problem with the second image mirrored, left for right.
+Problem Mirrored(const Problem& problem);
+
+/// Whether an estimate of the mirrored problem explains the matches better: about as many inliers, or more, clearly
+/// more than chance. Needs Diagnose of `mirrored`.
+bool IsBetterMirrored(const Estimate& mirrored, const Estimate& estimate);
+
+/// Makes an estimate one of mirrored matches: log_false_alarms is infinite, there is no verdict and no covariance.
+void SetMirrored(Estimate* estimate);
 
 }  // namespace diffsac

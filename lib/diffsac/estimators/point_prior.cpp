@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "diffsac/estimators/estimation_priors.h"
 #include "diffsac/problem/neighborhood_features.h"
 #include "diffsac/problem/preference_features.h"
 
@@ -14,10 +13,10 @@ namespace {
 /// Of the logit: constant, the ratio's logit, and the three neighborhood features (the second by its absolute value).
 constexpr float kConstant = -0.76f, kOfRatio = 0.56f, kOfShared = 3.0f, kOfStretch = 1.4f, kOfIncoherence = -3.0f;
 
-Eigen::VectorXf OfMatches(const Problem& problem, const FeatureSet& features, int first_neighborhood) {
-  const Eigen::Index count = problem.points.rows();
+Eigen::VectorXf OfMatches(const SolverSpace& space, const FeatureSet& features, int first_neighborhood) {
+  const Eigen::Index count = space.points().rows();
   Eigen::ArrayXf prior = Eigen::ArrayXf::Constant(count, 0.5f);
-  if (problem.match_ratio.size() == count) prior = MatchPriors(problem).cast<float>().array();
+  if (space.match_probabilities().size() == count) prior = space.match_probabilities().cast<float>().array();
   if (first_neighborhood < 0) return prior;
   const auto column = [&](int i) { return features.values.col(first_neighborhood + i).array(); };
   const Eigen::ArrayXf logit = kConstant + kOfRatio * (prior / (1.0f - prior)).log() + kOfShared * column(0) +
@@ -42,7 +41,7 @@ Eigen::VectorXf OfPreferences(const FeatureSet& features, int first) {
 
 Eigen::VectorXf PointPrior(const SolverSpace& space, const FeatureSet& features, const PointFeatures& kinds) {
   const Problem& problem = space.problem();
-  if (IsTwoView(problem.task)) return OfMatches(problem, features, kinds.first_neighborhood());
+  if (IsTwoView(problem.task)) return OfMatches(space, features, kinds.first_neighborhood());
   if (kinds.first_preference() >= 0 && features.values.rows() > 0)
     return OfPreferences(features, kinds.first_preference());
   return Eigen::VectorXf::Constant(problem.points.rows(), 0.5f);

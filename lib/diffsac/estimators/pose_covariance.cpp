@@ -5,19 +5,19 @@
 namespace diffsac {
 
 std::optional<Eigen::MatrixXd> PoseCovarianceOf(const SolverSpace& space, const ModelParameters& model,
-                                                const std::vector<std::uint8_t>& inliers, const FitConditions& fit) {
+                                                const RigidMotion& pose, const FitConditions& fit) {
   return DispatchDescription(space.problem().task, [&]<class Description>() -> std::optional<Eigen::MatrixXd> {
-    if constexpr (requires { Description::PoseCovariance(model, inliers, space, fit); })
-      return Description::PoseCovariance(model, inliers, space, fit);
+    if constexpr (requires { Description::PoseCovariance(model, pose, space, fit); })
+      return Description::PoseCovariance(model, pose, space, fit);
     return std::nullopt;
   });
 }
 
-double LeaveOutBehind(const SolverSpace& space, const ModelParameters& model, double threshold,
+double LeaveOutBehind(const SolverSpace& space, const ModelParameters& model, const RigidMotion& pose, double threshold,
                       std::vector<std::uint8_t>* inliers) {
   return DispatchDescription(space.problem().task, [&]<class Description>() {
-    if constexpr (requires { Description::LeaveOutBehind(model, space, threshold, inliers); })
-      return Description::LeaveOutBehind(model, space, threshold, inliers);
+    if constexpr (requires { Description::LeaveOutBehind(model, pose, space, threshold, inliers); })
+      return Description::LeaveOutBehind(model, pose, space, threshold, inliers);
     return 0.0;
   });
 }

@@ -10,13 +10,13 @@
 
 namespace diffsac {
 
-/// Estimate::pose_covariance of a refined model; nothing for tasks without one.
+/// Estimate::pose_covariance of a refined model and its pose (PoseOfEstimate); nothing for tasks without one.
 std::optional<Eigen::MatrixXd> PoseCovarianceOf(const SolverSpace& space, const ModelParameters& model,
-                                                const std::vector<std::uint8_t>& inliers, const FitConditions& fit);
+                                                const RigidMotion& pose, const FitConditions& fit);
 
 /// Takes inliers that lie behind a camera of the model's motion out of *inliers, and returns Estimate::share_behind; 0
 /// for tasks without cameras. threshold: what an inlier is, in the unit of the space.
-double LeaveOutBehind(const SolverSpace& space, const ModelParameters& model, double threshold,
+double LeaveOutBehind(const SolverSpace& space, const ModelParameters& model, const RigidMotion& pose, double threshold,
                       std::vector<std::uint8_t>* inliers);
 
 }  // namespace diffsac

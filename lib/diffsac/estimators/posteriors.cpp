@@ -17,9 +17,8 @@ struct Residuals {
   int dimension = 1;
 };
 
-Residuals ResidualsOf(const Problem& problem, const ModelParameters& parameters) {
-  const SolverSpace space(problem);
-  return DispatchTask(problem.task, [&]<MinimalModel Model>() -> Residuals {
+Residuals ResidualsOf(const SolverSpace& space, const ModelParameters& parameters) {
+  return DispatchTask(space.problem().task, [&]<MinimalModel Model>() -> Residuals {
     const typename Model::Parameters model = parameters;
     return {space.unit() * RowResiduals<Model>(space.points(), model), ResidualDimension<Model>()};
   });
@@ -86,28 +85,28 @@ double ShiftOf(const Eigen::ArrayXd& priors, const Eigen::ArrayXd& evidence) {
 
 }  // namespace
 
-MatchesWithinNoise WithinNoise(const Problem& problem, const Estimate& estimate) {
-  const Residuals residuals = ResidualsOf(problem, estimate.model);
+MatchesWithinNoise WithinNoise(const SolverSpace& space, const Estimate& estimate) {
+  const Residuals residuals = ResidualsOf(space, estimate.model);
   const double radius = Noise(estimate).radius;
-  MatchesWithinNoise found{{}, WrongShare(problem, residuals, radius)};
+  MatchesWithinNoise found{{}, WrongShare(space.problem(), residuals, radius)};
   for (const double length : residuals.lengths) found.inside.push_back(length <= radius);
   return found;
 }
 
-std::vector<float> PosteriorsOf(const Problem& problem, const Estimate& estimate) {
+std::vector<float> PosteriorsOf(const SolverSpace& space, const Estimate& estimate) {
   constexpr double kLeast = 0.005;  // No prior is surer.
   if (!estimate.structures.empty()) return {};
-  const Eigen::Index count = problem.points.rows();
+  const Eigen::Index count = space.points().rows();
   std::vector<float> posteriors(static_cast<std::size_t>(count), 0.0F);
   if (estimate.status != Status::kOk) return posteriors;
-  const Residuals residuals = ResidualsOf(problem, estimate.model);
+  const Residuals residuals = ResidualsOf(space, estimate.model);
   const Noise noise(estimate);
-  Eigen::ArrayXd priors = MatchPriors(problem);
+  Eigen::ArrayXd priors = space.match_probabilities();
   if (priors.size() != count) priors = Eigen::ArrayXd::Constant(count, 0.3);
   priors = priors.max(kLeast).min(1.0 - kLeast);
   priors = (priors / (1.0 - priors)).log();
   const Eigen::ArrayXd evidence =
-      LogLikelihoodRatios(residuals, noise.sigma, noise.radius, WrongShare(problem, residuals, noise.radius));
+      LogLikelihoodRatios(residuals, noise.sigma, noise.radius, WrongShare(space.problem(), residuals, noise.radius));
   const Eigen::ArrayXd found = Logistic(priors + evidence + ShiftOf(priors, evidence));
   for (Eigen::Index i = 0; i < count; ++i) posteriors[static_cast<std::size_t>(i)] = static_cast<float>(found[i]);
   return posteriors;

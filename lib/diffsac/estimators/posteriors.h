@@ -13,7 +13,7 @@ namespace diffsac {
 /// crowd, and that of places anywhere at least (ChanceShare). Before the residual a point is as likely as its score or
 /// ratio says (MatchPriors), all log odds moved by one number, which maximises the likelihood, so that no scale of
 /// scores is taken at its word. That the model is right is taken for granted (log_false_alarms asks).
-std::vector<float> PosteriorsOf(const Problem& problem, const Estimate& estimate);
+std::vector<float> PosteriorsOf(const SolverSpace& space, const Estimate& estimate);
 
 /// Points within noise of an estimate's model: N values, 1 for those within the inliers' threshold, or 2.5 σ where that
 /// is more. wrong_share: how likely a wrong point is among them, as PosteriorsOf takes it.
@@ -21,6 +21,6 @@ struct MatchesWithinNoise {
   std::vector<std::uint8_t> inside;
   double wrong_share = 1.0;
 };
-MatchesWithinNoise WithinNoise(const Problem& problem, const Estimate& estimate);
+MatchesWithinNoise WithinNoise(const SolverSpace& space, const Estimate& estimate);
 
 }  // namespace diffsac

@@ -74,6 +74,7 @@ ClassicalOptions RecommendedForPoints() {
 ClassicalOptions RecommendedForClouds(Task task) {
   ClassicalOptions options;
   options.max_iterations = 10000;
+  options.search_again = true;
   options.sampling.sampler = task == Task::kRigid ? MinimalSamplerKind::kEdges : MinimalSamplerKind::kEdgeRatios;
   ConsensusOptions& consensus = options.consensus = OverScales(0.25, 1.5);
   consensus.local_samples = 3;
@@ -111,12 +112,14 @@ ClassicalOptions RecommendedClassical(Task task) {
   options.max_iterations = kDraws;
   options.sampling.sampler = MinimalSamplerKind::kProsac;
   StopWhenConfident(&options.consensus);
+  options.search_again = true;
   if (IsTwoView(task)) options.consensus = MarginalisedConsensus(task);
   return options;
 }
 
 DiffsacOptions LearnedProsac(Task task) {
   DiffsacOptions options;
+  options.search_again = true;
   options.copies = 0;
   options.head_sets = kDraws / 2;
   options.extra_sets = kDraws / 2;
@@ -164,6 +167,22 @@ ClassicalOptions VanishingPoints(const std::string& chooser) {
 }
 
 DiffsacOptions PaperDiffsac() { return {}; }
+
+DiffsacOptions DiffusionGuided(Task task) {
+  DiffsacOptions options = PaperDiffsac();
+  if (IsTwoView(task)) {
+    const DiffsacOptions learned = LearnedProsac(task);
+    options.inlier_prior_of = learned.inlier_prior_of;
+    options.consensus = learned.consensus;
+  } else {
+    options.consensus = RecommendedForPoints().consensus;
+  }
+  // As in the networks' trainings.
+  options.max_encoded_points = 512;
+  options.max_decoded_points = IsTwoView(task) ? 128 : 32;
+  options.consensus.stopping = Stopping::kBudget;
+  return options;
+}
 
 std::string ModelFile(Task task, bool rated) {
   const bool own = !rated && (task == Task::kEssential || task == Task::kFundamental);

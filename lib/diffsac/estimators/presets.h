@@ -54,6 +54,10 @@ ClassicalOptions VanishingPoints(const std::string& chooser);
 /// The paper's estimator: the top-γ points of each of κ = 20 denoised confidence vectors, inlier count, one refit.
 DiffsacOptions PaperDiffsac();
 
+/// The paper's minimal samples, the top-γ points of each of κ = 20 denoised confidence vectors, by a network of
+/// models/; scored and refined as RecommendedClassical, among all κ.
+DiffsacOptions DiffusionGuided(Task task);
+
 /// The file, below a folder of models, of the network that `task` is estimated with ("essential/model.safetensors").
 /// rated: whether the matches have ratios; E and F have another network for those that have none.
 std::string ModelFile(Task task, bool rated);

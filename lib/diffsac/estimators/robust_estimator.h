@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "diffsac/problem/prepared_problem.h"
 #include "diffsac/problem/problem.h"
 
 namespace diffsac {
@@ -23,6 +24,9 @@ struct EstimateReport {
   double ms_total = 0.0;        ///< Milliseconds of the whole estimate.
   std::int64_t draws = 0;       ///< Minimal sets drawn; 0 for methods that do not tell.
 };
+
+/// Adds what another search for the same estimate cost.
+void AddCost(const EstimateReport& other, EstimateReport* report);
 
 /// Of points that fit a motion, no larger share is behind its cameras than this if it is one.
 inline constexpr double kMostBehind = 0.2;
@@ -50,9 +54,14 @@ struct Estimate {
   Translation translation = Translation::kNotTested;
   /// Where the camera turned in place or stood still: its rotation.
   std::optional<Eigen::Matrix3d> turn = {};
+  /// Two views: the second camera seen from the first, |t| = 1, chosen by cheirality where cameras are known or found;
+  /// t = 0 of a camera that only turned or stood still (`turn`); of a homography or a plane, by cameras, PosesOfPlane;
+  /// absent where a line, or a plane without cameras, leaves it open. Absolute poses, motions of clouds: that of
+  /// `model`.
+  std::optional<RigidMotion> pose = {};
   /// Two views of unknown focal length: what became of it.
   std::optional<FocalEstimate> focal = {};
-  /// Of the motion that PoseOfEstimate says, 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the frame of
+  /// Of `pose`, 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the frame of
   /// the (second) camera; t in units of its length (two views: of rank 5) or of the scene (absolute pose). Absent where
   /// a focal length is unknown (docs/estimates.md), for other tasks, for methods that end without a refinement, and
   /// where the inliers do not determine the motion (CovarianceOfFit, `translation`).
@@ -91,13 +100,12 @@ struct Estimate {
   bool mirrored = false;
   /// Whether points without any structure would give a model like this: it is better not relied upon.
   bool MayBeChance() const { return log_false_alarms > 0.0; }
+  /// Whether another search cannot find much more: a model that is more than chance, with its points before the
+  /// cameras.
+  bool IsSure() const { return status == Status::kOk && !MayBeChance() && share_behind <= kMostBehind; }
   /// Whether models like this are wrong too often to rely on.
   bool MayBeWrong() const { return MayBeChance() || error_probability > kLikelyWrong; }
 };
-
-/// PoseOfEstimate of its model; the turn, with t = 0, of a camera that only turned or stood still; of a homography or a
-/// plane, by cameras, PosesOfPlane; nothing where a line, or a plane without cameras, leaves it open.
-std::optional<RigidMotion> PoseOfEstimate(const Estimate& estimate, const Problem& problem);
 
 /// What a learned estimator's network was made by.
 struct TrainingFacts {
@@ -107,9 +115,10 @@ struct TrainingFacts {
   std::string start;             ///< The network that the run began with, by its folder's name; empty: none.
 };
 
-/// Estimates models from points that are only partly right. Thread-safe: `Run` is const and all randomness comes from
-/// `seed`. Of the points, those that are finite are used, and of equal ones one (problem/usable_rows.h): DoRun sees
-/// these alone.
+/// Estimates models in the presence of outliers: prepares the problem, searches, searches once more where the first
+/// search leaves doubts and the options ask for it (second_search.h), and diagnoses the better result (diagnose.h).
+/// Functions of diffsac.h, methods of tables and programs all run this. Thread-safe: `Run` is const and all randomness
+/// comes from `seed`.
 class RobustEstimator {
  public:
   virtual ~RobustEstimator() = default;
@@ -121,16 +130,19 @@ class RobustEstimator {
   virtual int PreferredBatch() const { return 1; }
   /// Whether `inlier_probabilities` mean what they say, rather than be only in proportion to it.
   virtual bool GivesProbabilities() const { return false; }
+  /// Whether noise is searched for far from a threshold that is not the default one, and doubts lead to a second
+  /// search.
+  virtual bool SearchesAgain() const { return false; }
   /// Nothing for estimators that don't learn.
   virtual std::optional<TrainingFacts> Training() const { return std::nullopt; }
 
  private:
-  /// static_overlay.h.
-  void TryMoving(const Problem& problem, std::uint64_t seed, Estimate* estimate) const;
-  virtual Estimate DoRun(const Problem& problem, std::uint64_t seed) const = 0;
+  /// One search, of finite and distinct rows.
+  virtual Estimate DoRun(const SolverSpace& space, std::uint64_t seed) const = 0;
   /// By default one by one.
-  virtual std::vector<Estimate> DoRunBatch(std::span<const Problem* const> problems,
+  virtual std::vector<Estimate> DoRunBatch(std::span<const SolverSpace> spaces,
                                            std::span<const std::uint64_t> seeds) const;
+  Estimate Finish(const PreparedProblem& prepared, std::uint64_t seed, Estimate estimate) const;
 };
 
 }  // namespace diffsac

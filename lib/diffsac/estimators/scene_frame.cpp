@@ -49,6 +49,11 @@ void RestoreMotions(const SceneFrame& from, const SceneFrame& to, Estimate* esti
   };
   estimate->model = restored_model(estimate->model);
   for (ModelParameters& model : estimate->structures) model = restored_model(model);
+  if (estimate->pose) {
+    const AbsolutePose::Parameters motion = estimate->model;
+    const double scale = RotationOf(motion).col(0).norm();
+    estimate->pose = RigidMotion{RotationOf(motion) / scale, TranslationOf(motion)};
+  }
   if (auto& other = estimate->other_pose) other->translation = restored(other->rotation, other->translation);
   if (!estimate->pose_covariance) return;
   const Eigen::Vector3d lever = RotationOf(AbsolutePose::Parameters(estimate->model)) * from.origin;

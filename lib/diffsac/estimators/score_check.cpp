@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 namespace diffsac {
@@ -58,20 +57,15 @@ RankTest TestRanks(const Problem& problem, const Estimate& estimate) {
   }
   const double alike = n > 1.0 ? ties / (n * (n * n - 1.0)) : 1.0;
   if (!(inliers * others > 0.0 && alike < 1.0)) return {};
-  // Rows that are repeated say nothing new.
-  const double copies = static_cast<double>(problem.points.rows()) /
-                        static_cast<double>(std::max<Eigen::Index>(1, problem.points.rows() - estimate.repeated_rows));
-  const double sigma = std::sqrt((n + 1.0) * (1.0 - alike) * copies / (12.0 * inliers * others));
+  const double sigma = std::sqrt((n + 1.0) * (1.0 - alike) / (12.0 * inliers * others));
   return {0.5 * surplus / (inliers * others) / sigma, sigma, inliers / n};
 }
-
-bool IsSure(const Estimate& estimate) { return estimate.status == Status::kOk && !estimate.MayBeChance(); }
 
 /// The greatest log_false_alarms of an estimate without scores that is taken in the place of this one.
 double NeededSupport(const RankTest& test, const Estimate& with) {
   constexpr double kMuch = 1.2, kAsMuch = 0.75;
   constexpr double kClear = -20.0;  // Of wrong models of a scene that repeats itself few have more support.
-  if (!IsSure(with)) return test.IsReversed() ? 0.0 : kClear;
+  if (!with.IsSure()) return test.IsReversed() ? 0.0 : kClear;
   if (test.IsWorthless()) return kAsMuch * with.log_false_alarms;
   return std::min(kMuch * with.log_false_alarms, kClear);
 }
@@ -87,34 +81,12 @@ bool Says(const Problem& problem) {
 bool DoubtsScores(const Problem& problem, const Estimate& estimate) {
   if (estimate.status != Status::kOk && estimate.status != Status::kNoModel) return false;
   if (!Says(problem)) return false;
-  if (!IsSure(estimate)) return true;
+  if (!estimate.IsSure()) return true;
   return TestRanks(problem, estimate).IsDoubtful();
 }
 
-void PreferWithoutScores(const Problem& problem, Estimate without, Estimate* estimate) {
-  AddCost(estimate->report, &without.report);
-  estimate->report = without.report;
-  if (!IsSure(without) || without.log_false_alarms > NeededSupport(TestRanks(problem, without), *estimate)) return;
-  without.scores_ignored = true;
-  *estimate = std::move(without);
-}
-
-Estimate SearchCheckingScores(const Problem& problem, const std::function<Estimate(const Problem&)>& search) {
-  Estimate estimate = search(problem);
-  if (!DoubtsScores(problem, estimate)) return estimate;
-  Problem without = problem;
-  without.match_ratio = {};
-  PreferWithoutScores(problem, search(without), &estimate);
-  return estimate;
-}
-
-void AddCost(const EstimateReport& other, EstimateReport* report) {
-  report->hypotheses += other.hypotheses;
-  report->draws += other.draws;
-  report->ms_features += other.ms_features;
-  report->ms_network += other.ms_network;
-  report->ms_consensus += other.ms_consensus;
-  report->ms_total += other.ms_total;
+bool IsBetterWithoutScores(const Problem& problem, const Estimate& without, const Estimate& with) {
+  return without.IsSure() && !(without.log_false_alarms > NeededSupport(TestRanks(problem, without), with));
 }
 
 }  // namespace diffsac

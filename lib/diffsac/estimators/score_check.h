@@ -1,7 +1,5 @@
 #pragma once
 
-#include <functional>
-
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/problem.h"
 
@@ -16,14 +14,8 @@ namespace diffsac {
 /// ratios or scores that are all alike never. Takes time linear in N.
 bool DoubtsScores(const Problem& problem, const Estimate& estimate);
 
-/// Puts the estimate without the ratios or scores in the place of *estimate, that with them, where it is better
-/// supported, or as well while these do not order right and wrong matches; sets scores_ignored. The costs add up.
-void PreferWithoutScores(const Problem& problem, Estimate without, Estimate* estimate);
-
-/// Searches, and where that leaves the ratios or scores in doubt once more without them; the better estimate.
-Estimate SearchCheckingScores(const Problem& problem, const std::function<Estimate(const Problem&)>& search);
-
-/// Adds what another search for the same estimate cost.
-void AddCost(const EstimateReport& other, EstimateReport* report);
+/// Whether the estimate without the ratios or scores of the problem is better than that with them: better supported,
+/// or as well while these do not order right and wrong matches.
+bool IsBetterWithoutScores(const Problem& problem, const Estimate& without, const Estimate& with);
 
 }  // namespace diffsac

@@ -33,26 +33,26 @@ std::vector<int> RowsThatMove(const Problem& problem, const Estimate& estimate) 
   return moving;
 }
 
-void PreferMoving(const std::vector<int>& rows, Estimate moving, Estimate* whole) {
-  if (moving.status != Status::kOk || moving.MayBeChance()) return;
-  const auto of_whole = std::count_if(rows.begin(), rows.end(), [&](int row) { return whole->inliers[row] != 0; });
+bool IsBetterMoving(const std::vector<int>& rows, const Estimate& moving, const Estimate& whole) {
+  if (moving.status != Status::kOk || moving.MayBeChance()) return false;
+  const auto of_whole = std::count_if(rows.begin(), rows.end(), [&](int row) { return whole.inliers[row] != 0; });
   const auto of_moving = std::count(moving.inliers.begin(), moving.inliers.end(), 1);
   const auto still =
-      std::count_if(whole->inliers.begin(), whole->inliers.end(), [](auto in) { return in != 0; }) - of_whole;
-  if (of_moving < kLeastMoving || 2 * of_moving < 3 * of_whole || kMostStill * of_moving < still) return;
-  const auto spread = [&](const auto& values, auto all) {
-    for (std::size_t i = 0; i < values.size(); ++i) all[rows[i]] = values[i];
-    return all;
+      std::count_if(whole.inliers.begin(), whole.inliers.end(), [](auto in) { return in != 0; }) - of_whole;
+  return of_moving >= kLeastMoving && 2 * of_moving >= 3 * of_whole && kMostStill * of_moving >= still;
+}
+
+void SpreadMoving(const std::vector<int>& rows, std::size_t count, Estimate* moving) {
+  const auto spread = [&]<class Value>(std::vector<Value>* values) {
+    std::vector<Value> all(values->empty() ? 0 : count);
+    for (std::size_t i = 0; i < values->size(); ++i) all[rows[i]] = (*values)[i];
+    *values = std::move(all);
   };
-  moving.inliers = spread(moving.inliers, std::vector<std::uint8_t>(whole->inliers.size()));
-  for (std::vector<float>* values : {&moving.inlier_probabilities, &moving.posteriors})
-    if (!values->empty()) *values = spread(*values, std::vector<float>(whole->inliers.size()));
-  for (std::vector<int>& set : moving.minimal_sets)
+  spread(&moving->inliers);
+  spread(&moving->inlier_probabilities);
+  spread(&moving->posteriors);
+  for (std::vector<int>& set : moving->minimal_sets)
     for (int& row : set) row = rows[row];
-  moving.report.hypotheses += whole->report.hypotheses;
-  moving.report.draws += whole->report.draws;
-  moving.report.ms_total += whole->report.ms_total;
-  *whole = std::move(moving);
 }
 
 }  // namespace diffsac

@@ -21,7 +21,10 @@ std::vector<int> RowsFartherThan(const Problem& problem, double reach);
 /// The rows of matches that move, where most inliers of epipolar geometry stand still; none otherwise.
 std::vector<int> RowsThatMove(const Problem& problem, const Estimate& estimate);
 
-/// Puts the estimate of these rows alone in the place of *whole, where half as many again of them agree with it.
-void PreferMoving(const std::vector<int>& rows, Estimate moving, Estimate* whole);
+/// Whether half as many again of these rows agree with their own estimate, `moving`, as with that of all rows.
+bool IsBetterMoving(const std::vector<int>& rows, const Estimate& moving, const Estimate& whole);
+
+/// Makes an estimate of some of `count` rows one of all of them.
+void SpreadMoving(const std::vector<int>& rows, std::size_t count, Estimate* moving);
 
 }  // namespace diffsac

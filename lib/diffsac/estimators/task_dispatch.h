@@ -21,13 +21,13 @@ inline double MillisecondsSince(EstimatorClock::time_point start) {
 /// The estimate of a row that does all its work in the consensus stage, with its time: DispatchTask of a body that is
 /// called with the problem's SolverSpace and returns an Estimate. Points that cannot be estimated from do not reach it.
 template <class Body>
-Estimate TimedEstimate(const Problem& problem, const Body& body) {
+Estimate TimedEstimate(const SolverSpace& space, const Body& body) {
   const auto start = EstimatorClock::now();
-  const SolverSpace space(problem);
+  const Task task = space.problem().task;
   Estimate estimate;
-  estimate.status = CheckSpace(space, {problem.task});
+  estimate.status = CheckSpace(space, {task});
   if (estimate.status == Status::kOk)
-    estimate = DispatchTask(problem.task, [&]<MinimalModel Model>() { return body.template operator()<Model>(space); });
+    estimate = DispatchTask(task, [&]<MinimalModel Model>() { return body.template operator()<Model>(space); });
   estimate.report.ms_consensus = estimate.report.ms_total = MillisecondsSince(start);
   return estimate;
 }
@@ -41,15 +41,17 @@ inline Estimate EstimateOf(const SolverSpace& space, ConsensusResult result) {
   estimate.score = result.score;
   estimate.inlier_threshold = space.unit() * result.inlier_threshold;
   estimate.noise_scale = space.unit() * result.noise_scale;
-  if (estimate.status == Status::kOk)
-    estimate.share_behind = LeaveOutBehind(space, estimate.model, result.inlier_threshold, &estimate.inliers);
+  if (estimate.status == Status::kOk) estimate.pose = PoseOfEstimate(estimate.model, estimate.inliers, space);
+  if (estimate.pose)
+    estimate.share_behind =
+        LeaveOutBehind(space, estimate.model, *estimate.pose, result.inlier_threshold, &estimate.inliers);
   // A rival of so few points is one that chance gives.
   if (result.other && result.other_inliers > 0 &&
       LogFalseAlarmsOf(space.problem(), result.other_inliers, estimate.inlier_threshold) > 0.0)
     result.other.reset();
-  if (result.other) estimate.other_pose = PoseOfEstimate(*result.other, estimate.inliers, space.problem());
-  if (result.fit && !result.other)
-    estimate.pose_covariance = PoseCovarianceOf(space, estimate.model, estimate.inliers, *result.fit);
+  if (result.other) estimate.other_pose = PoseOfEstimate(*result.other, estimate.inliers, space);
+  if (result.fit && !result.other && estimate.pose)
+    estimate.pose_covariance = PoseCovarianceOf(space, estimate.model, *estimate.pose, *result.fit);
   estimate.minimal_sets = std::move(result.first_sets);
   estimate.report.hypotheses = result.hypotheses;
   estimate.report.unique_minimal_sets = result.unique_minimal_sets;

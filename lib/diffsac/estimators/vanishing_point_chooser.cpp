@@ -6,7 +6,7 @@
 #include <mutex>
 #include <string_view>
 
-#include "diffsac/core/resources.h"
+#include "diffsac/core/embedded_models.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/learned_model.h"
 #include "diffsac/network/engine/checkpoint_info.h"
@@ -22,7 +22,7 @@ constexpr const char* kMethod = "structure_chooser";
 std::string PlaceOf(const std::string& file) {
   constexpr std::string_view kModels = "models/";
   const bool named = file.starts_with(kModels) && !std::filesystem::exists(file);
-  return named ? FindModel(file.substr(kModels.size())) : file;
+  return named ? ModelPlace(file.substr(kModels.size())) : file;
 }
 
 std::shared_ptr<const SetScorer> LoadScorer(const std::string& file) {

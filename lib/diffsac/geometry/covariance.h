@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "diffsac/geometry/absolute_pose.h"
+#include "diffsac/geometry/noise_of_inliers.h"
 #include "diffsac/geometry/points.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/robust_loss.h"
@@ -32,13 +33,6 @@ using InformationFunction = std::function<Eigen::MatrixXd(const Eigen::VectorXd&
 std::optional<Eigen::MatrixXd> CovarianceOfFit(const Eigen::VectorXd& residuals, int residual_dimension,
                                                const FitConditions& fit, const InformationFunction& information,
                                                const InformationFunction& noise = {});
-
-/// σ, one coordinate's, of the noise of residuals (N lengths of `dimension` values each, 1 to 3) of a model of `free`
-/// parameters: that of the Gaussian whose residuals within a threshold have the mean square of these, `free` of their
-/// values being the model's. The threshold goes from the one given down to 2.5 σ, so that what else is within it hardly
-/// counts and σ may be far below it. The threshold given where the noise is about that or more; NaN where the residuals
-/// within it are no more than determine the model.
-double NoiseOfInliers(const Eigen::VectorXd& residuals, int dimension, int free, double threshold);
 
 /// d [t]ₓ exp([ω]ₓ) R / d (ω, t) at ω = 0, nine entries row by row.
 Eigen::Matrix<double, 9, 6> EssentialByPose(const RelativePose& pose);

@@ -14,6 +14,19 @@ struct FocalPrior {
 /// Of the focal lengths of two images; equal where they are one.
 using FocalPriors = std::array<FocalPrior, 2>;
 
+/// What matches and a prior say of a focal length, in the unit of the points.
+struct FocalPosterior {
+  double focal = 0.0;  ///< The median of the posterior of log f.
+  double low = 0.0,
+         high = 0.0;        ///< Its central 68 %, made wider (kIntervalFactor in focal_posterior.h).
+  bool observable = false;  ///< Whether the interval is narrower than the prior's (kNarrower).
+  FocalPrior prior = {};
+  double correlation = 0.0;  ///< Of log f with that of the other image, in the interval's covariance.
+};
+
+/// Of either image; a calibrated one's is 1, observable, of a prior of width 0.
+using FocalPosteriors = std::array<FocalPosterior, 2>;
+
 /// What matches and prior say of the focal lengths of two images, each entry of one image. Equal lengths have equal
 /// entries; a length that was given is its own interval, observable, and its own prior of width 0.
 struct FocalEstimate {

@@ -9,15 +9,6 @@
 
 namespace diffsac {
 
-/// What matches and a prior say of a focal length, in the unit of the points.
-struct FocalPosterior {
-  double focal = 0.0;  ///< The median of the posterior of log f.
-  double low = 0.0,
-         high = 0.0;        ///< Its central 68 %, made wider (kIntervalFactor).
-  bool observable = false;  ///< Whether the interval is narrower than the prior's (kNarrower).
-  FocalPrior prior = {};
-  double correlation = 0.0;  ///< Of log f with that of the other image, in the interval's covariance.
-};
 /// Of the width of the prior: an interval wider than this share of it is the prior's.
 inline constexpr double kNarrower = 0.5;
 /// What lens distortion, principal points that are off and mismatches do to f is common to all matches of a pair: no
@@ -37,9 +28,6 @@ Matrix PosteriorInformation(const Matrix& of_interval) {
   const double factor = kIntervalFactor * kIntervalFactor, floor = kIntervalFloor * kIntervalFloor;
   return factor * of_interval * (Matrix::Identity() - floor * of_interval).inverse();
 }
-
-/// Of either image; a calibrated one's is 1, observable, of a prior of width 0.
-using FocalPosteriors = std::array<FocalPosterior, 2>;
 
 /// The posterior of log f, on a grid; of two unknown lengths on one of two dimensions. At each f of the grid E is
 /// refined with f held, from its neighbour's; the log-likelihood there is −cost / 2κ (κ: 4 ResidualVariance), that of

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "diffsac/geometry/bound_block.h"
 #include "diffsac/geometry/two_view.h"
 
 namespace diffsac {
@@ -10,9 +11,6 @@ namespace diffsac {
 // rises with a residual is bounded from above by them, and most models are dropped by that alone. The bounds hold for
 // the residuals as computed in double precision: what single precision may be wrong by is taken off
 // (square_bounds.cpp).
-
-/// Squares are summed up in blocks of at most so many.
-inline constexpr int kBoundBlock = 128;
 
 /// At least Σ w max(0, 1 − s) over `count` ≤ kBoundBlock squares; no weights: 1 each.
 double MsacBound(const float* squares, const float* weights, int count);

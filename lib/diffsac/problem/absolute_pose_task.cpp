@@ -69,14 +69,13 @@ PointMatrix AbsolutePoseTask::FeatureCoordinates(const SolverSpace& space) {
   return coordinates;
 }
 
-double AbsolutePoseTask::LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
-                                        std::vector<std::uint8_t>* inliers) {
+double AbsolutePoseTask::LeaveOutBehind(const ModelParameters& model, const RigidMotion& pose, const SolverSpace& space,
+                                        double threshold, std::vector<std::uint8_t>* inliers) {
   const PointMatrix& points = space.points();
   const auto fitting = std::count(inliers->begin(), inliers->end(), 1);
-  const Eigen::Matrix3d rotation = RotationOf(model);
   int behind = 0;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    const Eigen::Vector3d x = rotation * points.row(i).head<3>().transpose() + TranslationOf(model);
+    const Eigen::Vector3d x = pose.rotation * points.row(i).head<3>().transpose() + pose.translation;
     behind += x[2] < 0.0 && (x.hnormalized() - points.row(i).tail<2>().transpose()).norm() <= threshold;
   }
   const auto share = [](double part, double rest) { return part > 0.0 ? part / (part + rest) : 0.0; };

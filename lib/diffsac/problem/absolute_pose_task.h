@@ -19,16 +19,16 @@ struct AbsolutePoseTask : TaskDescriptionOf<AbsolutePose> {
   /// The scene about its median by its spread, and the normalised image.
   static PointMatrix FeatureCoordinates(const SolverSpace& space);
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>&,
-                                         const Problem&) {
+                                         const SolverSpace&) {
     return RigidMotion{RotationOf(model), TranslationOf(model)};
   }
-  static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model, const std::vector<std::uint8_t>&,
+  static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model, const RigidMotion&,
                                                        const SolverSpace& space, const FitConditions& fit) {
     return AbsolutePoseCovariance(space.points(), model, fit);
   }
   /// Points behind the camera are no inliers: only their share, or that of the points which fit a mirrored scene.
-  static double LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
-                               std::vector<std::uint8_t>* inliers);
+  static double LeaveOutBehind(const ModelParameters& model, const RigidMotion& pose, const SolverSpace& space,
+                               double threshold, std::vector<std::uint8_t>* inliers);
   static PointMatrix ImagePoints(const Problem& problem) { return problem.points.rightCols(2); }
   static double ChanceShare(const Problem& problem, double threshold) {
     return DiscShare(ImageExtent(problem.size1, ImagePoints(problem)), threshold);

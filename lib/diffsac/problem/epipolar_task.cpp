@@ -13,25 +13,17 @@ constexpr int kFewestInliers = 5;
 
 }  // namespace
 
-std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const CameraPair& cameras,
-                                        const std::vector<std::uint8_t>& inliers, const PointMatrix& pixels,
-                                        double noise_px) {
+std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const PointMatrix& points,
+                                        const std::vector<std::uint8_t>& inliers, double noise) {
   if (std::count(inliers.begin(), inliers.end(), 1) < kFewestInliers) return std::nullopt;
-  const PointMatrix points = NormalizedCoordinates(pixels, cameras.K1, cameras.K2);
-  const PoseChoice choice = ChoosePose(essential, points, inliers, noise_px / cameras.MeanFocal());
+  const PoseChoice choice = ChoosePose(essential, points, inliers, noise);
   if (choice.in_front <= 0) return std::nullopt;
   return RigidMotion{choice.pose.rotation, choice.pose.translation};
 }
 
-ParallaxTest CalibratedParallax(const Eigen::Matrix3d& essential, const CameraPair& cameras,
-                                const std::vector<std::uint8_t>& inliers, const PointMatrix& pixels) {
-  return TestTurn(NormalizedCoordinates(pixels, cameras.K1, cameras.K2), AsParameters(essential), inliers);
-}
-
-double LeaveOutBehind(const std::optional<RigidMotion>& pose, const PointMatrix& points, double tolerance,
+double LeaveOutBehind(const RigidMotion& pose, const PointMatrix& points, double tolerance,
                       std::vector<std::uint8_t>* inliers) {
-  if (!pose) return 0.0;
-  const RelativePose relative{pose->rotation, pose->translation};
+  const RelativePose relative{pose.rotation, pose.translation};
   int count = 0, behind = 0;
   for (std::size_t i = 0; i < inliers->size(); ++i) {
     if ((*inliers)[i] == 0) continue;
@@ -40,7 +32,7 @@ double LeaveOutBehind(const std::optional<RigidMotion>& pose, const PointMatrix&
     (*inliers)[i] = 0;
     ++behind;
   }
-  return static_cast<double>(behind) / static_cast<double>(count);
+  return count > 0 ? static_cast<double>(behind) / static_cast<double>(count) : 0.0;
 }
 
 }  // namespace diffsac

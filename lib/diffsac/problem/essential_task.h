@@ -23,19 +23,16 @@ struct EssentialTask : EpipolarTask<EssentialTask, Essential> {
   }
   static Eigen::Matrix3d EssentialOf(const Eigen::Matrix3d& model, const CameraPair&) { return model; }
   static ParallaxTest Parallax(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                               const Problem& problem) {
-    return CalibratedParallax(ModelMatrix(model), *problem.cameras, inliers, problem.points);
+                               const SolverSpace& space) {
+    return TestTurn(space.points(), model, inliers);
   }
-  static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model,
-                                                       const std::vector<std::uint8_t>& inliers,
+  static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters&, const RigidMotion& pose,
                                                        const SolverSpace& space, const FitConditions& fit) {
-    const auto pose = Pose(model, inliers, space.problem());
-    if (!pose) return std::nullopt;
-    return RelativePoseCovariance(space.points(), {pose->rotation, pose->translation}, fit);
+    return RelativePoseCovariance(space.points(), {pose.rotation, pose.translation}, fit);
   }
-  static double LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
-                               std::vector<std::uint8_t>* inliers) {
-    return diffsac::LeaveOutBehind(Pose(model, *inliers, space.problem()), space.points(), threshold, inliers);
+  static double LeaveOutBehind(const ModelParameters&, const RigidMotion& pose, const SolverSpace& space,
+                               double threshold, std::vector<std::uint8_t>* inliers) {
+    return diffsac::LeaveOutBehind(pose, space.points(), threshold, inliers);
   }
   static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem& problem) {
     if (!problem.cameras) return model;

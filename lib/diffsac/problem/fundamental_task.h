@@ -18,11 +18,12 @@ struct FundamentalTask : EpipolarTask<FundamentalTask, Fundamental, Fundamental8
   }
   /// Only the calibration tells a turn in place from a plane.
   static ParallaxTest Parallax(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                               const Problem& problem) {
+                               const SolverSpace& space) {
+    const Problem& problem = space.problem();
     ParallaxTest test;
     if (problem.cameras)
-      test = CalibratedParallax(EssentialOf(ModelMatrix(model), *problem.cameras), *problem.cameras, inliers,
-                                problem.points);
+      test = TestTurn(NormalizedCoordinates(problem.points, problem.cameras->K1, problem.cameras->K2),
+                      AsParameters(EssentialOf(ModelMatrix(model), *problem.cameras)), inliers);
     return IsUndetermined(test.translation) ? test : TestPlane(problem.points, model, inliers);
   }
 };

@@ -63,19 +63,24 @@ Eigen::VectorXd PointWeights(const Problem& problem) {
 
 std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                           const Problem& problem) {
-  return DispatchDescription(problem.task, [&]<class Description>() -> std::optional<RigidMotion> {
-    if constexpr (requires { Description::Pose(model, inliers, problem); })
-      return Description::Pose(model, inliers, problem);
+  return PoseOfEstimate(model, inliers, SolverSpace(problem));
+}
+
+std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                                          const SolverSpace& space) {
+  return DispatchDescription(space.problem().task, [&]<class Description>() -> std::optional<RigidMotion> {
+    if constexpr (requires { Description::Pose(model, inliers, space); })
+      return Description::Pose(model, inliers, space);
     return std::nullopt;
   });
 }
 
 ParallaxTest ParallaxOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                                const Problem& problem) {
-  return DispatchDescription(problem.task, [&]<class Description>() -> ParallaxTest {
+                                const SolverSpace& space) {
+  return DispatchDescription(space.problem().task, [&]<class Description>() -> ParallaxTest {
     if constexpr (Description::kTwoView) {
-      if (LieOnLine<Description>(model, inliers, problem)) return {Translation::kLine};
-      return Description::Parallax(model, inliers, problem);
+      if (LieOnLine<Description>(model, inliers, space.problem())) return {Translation::kLine};
+      return Description::Parallax(model, inliers, space);
     }
     return {};
   });

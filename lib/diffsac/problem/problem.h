@@ -17,6 +17,7 @@
 namespace diffsac {
 
 struct FocalPosterior;
+class SolverSpace;
 
 /// What is estimated. The tasks are listed, and described, in problem/tasks.h.
 enum class Task : int;
@@ -76,10 +77,6 @@ struct Problem {
   CameraHint hint2 = {};  ///< Of the second.
   /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
   DescriptorMatrix descriptors = {};
-  /// By what the noise scales of an estimator's options (ConsensusOptions::least_scale and greatest_scale) are
-  /// multiplied: 1 where they are made for this problem.
-  double least_scale_factor = 1.0;
-  double greatest_scale_factor = 1.0;  ///< As least_scale_factor.
 };
 
 /// Whether the problem has what its task needs beside its points: the essential matrix, cameras.
@@ -103,10 +100,14 @@ Eigen::VectorXd PointWeights(const Problem& problem);
 std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                           const Problem& problem);
 
+/// The same of a problem in its solver's coordinates.
+std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
+                                          const SolverSpace& space);
+
 /// Whether the inliers of a model determine the translation between two views, or, where there
 /// are no cameras, the model. kNotTested for tasks of other points.
 ParallaxTest ParallaxOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                                const Problem& problem);
+                                const SolverSpace& space);
 
 /// The focal lengths' posteriors, in the coordinates in which the problem is solved, in pixels; nothing for tasks that
 /// estimate none.

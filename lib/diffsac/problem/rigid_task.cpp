@@ -13,7 +13,7 @@ PointMatrix CloudMotionTask<kScaled>::FeatureCoordinates(const SolverSpace& spac
 
 template <bool kScaled>
 std::optional<RigidMotion> CloudMotionTask<kScaled>::Pose(const ModelParameters& model,
-                                                          const std::vector<std::uint8_t>&, const Problem&) {
+                                                          const std::vector<std::uint8_t>&, const SolverSpace&) {
   const Similarity::Parameters parameters = model;
   const double scale = kScaled ? ScaleOf(parameters) : 1.0;
   return RigidMotion{RotationOf(parameters) / scale, TranslationOf(parameters)};

@@ -21,9 +21,9 @@ struct CloudMotionTask : TaskDescriptionOf<CloudMotion<kScaled>> {
   static PointMatrix FeatureCoordinates(const SolverSpace& space);
   /// Without the scale.
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>&,
-                                         const Problem&);
+                                         const SolverSpace&);
   /// MotionCovariance.
-  static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model, const std::vector<std::uint8_t>&,
+  static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model, const RigidMotion&,
                                                        const SolverSpace& space, const FitConditions& fit) {
     return MotionCovariance<kScaled>(space.points(), model, fit);
   }

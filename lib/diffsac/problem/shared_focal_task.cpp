@@ -137,7 +137,8 @@ ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, c
   const Translation of_pixels = TestPlane(problem.points, AsParameters(f), inliers).translation;
   if (of_pixels == Translation::kDetermined) return {of_pixels};
   if (of_pixels == Translation::kStatic) return {of_pixels, Eigen::Matrix3d::Identity()};
-  const ParallaxTest test = CalibratedParallax(essential, cameras, inliers, problem.points);
+  const PointMatrix points = CalibratedMatches(problem, cameras);
+  const ParallaxTest test = TestTurn(points, AsParameters(essential), inliers);
   if (test.translation != Translation::kDetermined) return test;
   const FocalSpace space = FocalSpaceOf(unknown, problem).value();
   const bool both = unknown != UnknownFocal::kSecond;
@@ -146,8 +147,7 @@ ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, c
                              : space.swapped                ? TurnFocals::kFirst
                                                             : TurnFocals::kSecond;
   Eigen::Vector2d factors;
-  if (!FindFocalsOfTurn(NormalizedCoordinates(problem.points, cameras.K1, cameras.K2), inliers, turning, &factors))
-    return test;
+  if (!FindFocalsOfTurn(points, inliers, turning, &factors)) return test;
   for (int k = both ? 0 : 1; k < 2; ++k) {
     const double factor = factors[space.swapped ? 1 - k : k];
     // 0: nothing is known of it.
@@ -156,8 +156,8 @@ ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, c
   }
   cameras.K1 = cameras.K1 * Eigen::DiagonalMatrix<double, 3>(factors[0], factors[0], 1.0);
   cameras.K2 = cameras.K2 * Eigen::DiagonalMatrix<double, 3>(factors[1], factors[1], 1.0);
-  const ParallaxTest turned =
-      CalibratedParallax(EssentialFromFundamental(f, cameras.K1, cameras.K2), cameras, inliers, problem.points);
+  const ParallaxTest turned = TestTurn(CalibratedMatches(problem, cameras),
+                                       AsParameters(EssentialFromFundamental(f, cameras.K1, cameras.K2)), inliers);
   return IsUndetermined(turned.translation) ? turned : test;
 }
 

@@ -38,6 +38,10 @@ CameraPair CamerasOfFocal(UnknownFocal unknown, const FocalParameters& model, co
 Eigen::Matrix3d EssentialOfFocal(UnknownFocal unknown, const FocalParameters& model, const Problem& problem);
 ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, const std::vector<std::uint8_t>& inliers,
                            const Problem& problem);
+/// The matches in K⁻¹ x of the cameras that the model says.
+inline PointMatrix CalibratedMatches(const Problem& problem, const CameraPair& cameras) {
+  return NormalizedCoordinates(problem.points, cameras.K1, cameras.K2);
+}
 FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosteriors& posteriors, const Problem& problem);
 
 /// Two views of unknown focal length, one for both images, that of one of them, or two, with known principal points
@@ -73,19 +77,20 @@ struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
     return SampsonError(model, point);
   }
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                                         const Problem& problem) {
-    return EpipolarPose(EssentialOf(model, problem), CamerasOf(model, problem), inliers, problem.points,
-                        problem.inlier_threshold);
+                                         const SolverSpace& space) {
+    const Problem& problem = space.problem();
+    const CameraPair cameras = CamerasOf(model, problem);
+    return EpipolarPose(EssentialOf(model, problem), CalibratedMatches(problem, cameras), inliers,
+                        problem.inlier_threshold / cameras.MeanFocal());
   }
   static ParallaxTest Parallax(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                               const Problem& problem) {
-    return FocalParallax(kUnknown, model, inliers, problem);
+                               const SolverSpace& space) {
+    return FocalParallax(kUnknown, model, inliers, space.problem());
   }
-  static double LeaveOutBehind(const ModelParameters& model, const SolverSpace& space, double threshold,
-                               std::vector<std::uint8_t>* inliers) {
+  static double LeaveOutBehind(const ModelParameters& model, const RigidMotion& pose, const SolverSpace& space,
+                               double threshold, std::vector<std::uint8_t>* inliers) {
     const CameraPair cameras = CamerasOf(model, space.problem());
-    return diffsac::LeaveOutBehind(Pose(model, *inliers, space.problem()),
-                                   NormalizedCoordinates(space.problem().points, cameras.K1, cameras.K2),
+    return diffsac::LeaveOutBehind(pose, CalibratedMatches(space.problem(), cameras),
                                    threshold * space.unit() / cameras.MeanFocal(), inliers);
   }
   static double ChanceShare(const Problem& problem, double threshold) {

@@ -1,10 +1,12 @@
 #include "diffsac/problem/solver_space.h"
 
+#include "diffsac/problem/match_probabilities.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
 
-SolverSpace::SolverSpace(const Problem& problem) : problem_(problem) {
+SolverSpace::SolverSpace(const Problem& problem, const NoiseRange& noise)
+    : problem_(problem), noise_(noise), match_probabilities_(MatchPriors(problem)) {
   DispatchDescription(problem.task, [&]<class Description>() {
     is_accepted_ = Description::Accepts(problem);
     if constexpr (requires { Description::Normalize(problem, &unit_); }) {

@@ -30,13 +30,13 @@ inline constexpr const char* kModelName = nullptr;
 ///                         (problem/chance_share.h)
 ///
 /// Where it has them:
-///   Pose(model, inliers, problem)
-///                         the motion that a finite model says, if it does (PoseOfEstimate)
-///   PoseCovariance(model, inliers, space, fit)
-///                         how certain that motion is (Estimate::pose_covariance); fit: how the model was refined
-///   Parallax(model, inliers, problem)
+///   Pose(model, inliers, space)
+///                         the motion of a finite model, if it has one (PoseOfEstimate)
+///   PoseCovariance(model, pose, space, fit)
+///                         the covariance of that motion (Estimate::pose_covariance); fit: how the model was refined
+///   Parallax(model, inliers, space)
 ///                         whether the inliers determine it, of two views (ParallaxOfEstimate)
-///   LeaveOutBehind(model, space, threshold, inliers)
+///   LeaveOutBehind(model, pose, space, threshold, inliers)
 ///                         takes inliers that lie behind a camera out of *inliers, and returns their share of all that
 ///                         fit but for that (Estimate::share_behind); threshold: theirs, in the space's unit
 ///   ImagePoints(problem)  where the points are in the (first) image, N × 2 pixels, for pictures

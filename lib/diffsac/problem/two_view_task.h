@@ -18,7 +18,7 @@ struct TwoViewTask : TaskDescriptionOf<Own, Others...> {
   static constexpr bool kTwoView = true;
   static PointMatrix FeatureCoordinates(const SolverSpace& space) { return MatchCoordinates(space.problem()); }
   static PointMatrix ImagePoints(const Problem& problem) { return problem.points.leftCols(2); }
-  static ParallaxTest Parallax(const ModelParameters&, const std::vector<std::uint8_t>&, const Problem&) {
+  static ParallaxTest Parallax(const ModelParameters&, const std::vector<std::uint8_t>&, const SolverSpace&) {
     return {Translation::kDetermined};
   }
   static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem&) { return model; }

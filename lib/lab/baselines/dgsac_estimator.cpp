@@ -31,7 +31,7 @@ struct DgsacEstimatorOptions {
 class DgsacEstimator : public RobustEstimator {
  public:
   explicit DgsacEstimator(const DgsacEstimatorOptions& options) : options_(options) { CheckOptions(options); }
-  Estimate DoRun(const Problem& problem, std::uint64_t seed) const override;
+  Estimate DoRun(const SolverSpace& space, std::uint64_t seed) const override;
 
  private:
   DgsacEstimatorOptions options_;
@@ -86,10 +86,9 @@ DgsacEstimatorOptions DefaultDgsacOptions(Task task) {
   return options;
 }
 
-Estimate DgsacEstimator::DoRun(const Problem& problem, std::uint64_t seed) const {
-  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
-    return EstimateModel<Model>(space, options_, seed);
-  });
+Estimate DgsacEstimator::DoRun(const SolverSpace& given, std::uint64_t seed) const {
+  return TimedEstimate(
+      given, [&]<MinimalModel Model>(const SolverSpace& space) { return EstimateModel<Model>(space, options_, seed); });
 }
 
 const RegisteredEstimator<DgsacEstimatorOptions> kDgsac(

@@ -72,13 +72,13 @@ bool SolveWithOpencv(const Problem& problem, const OpencvPnpOptions& options, Ab
 class OpencvPnp : public RobustEstimator {
  public:
   explicit OpencvPnp(const OpencvPnpOptions& options) : options_(options) {}
-  Estimate DoRun(const Problem& problem, std::uint64_t /*seed*/) const override {
-    return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+  Estimate DoRun(const SolverSpace& given, std::uint64_t /*seed*/) const override {
+    return TimedEstimate(given, [&]<MinimalModel Model>(const SolverSpace& space) {
       Estimate estimate;
       if constexpr (std::same_as<Model, AbsolutePose>) {
         estimate.report.hypotheses = options_.max_iterations;
         AbsolutePose::Parameters pose;
-        if (SolveWithOpencv(problem, options_, &pose)) AcceptModel<Model>(space, pose, &estimate);
+        if (SolveWithOpencv(space.problem(), options_, &pose)) AcceptModel<Model>(space, pose, &estimate);
       }
       return estimate;
     });

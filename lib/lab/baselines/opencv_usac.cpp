@@ -103,13 +103,13 @@ void OpencvUsacOptions::Bind(OptionsBinder& b) {
   b.Field("preset", preset).Help("OpenCV's flag; `prosac` gets the matches best first");
 }
 
-Estimate OpencvUsacEstimator::DoRun(const Problem& problem, std::uint64_t /*seed*/) const {
-  if (options_.preset == OpencvPreset::kAccurate && problem.points.rows() > kMostInGraphCut) {
+Estimate OpencvUsacEstimator::DoRun(const SolverSpace& given, std::uint64_t /*seed*/) const {
+  if (options_.preset == OpencvPreset::kAccurate && given.points().rows() > kMostInGraphCut) {
     Estimate refused;
     refused.status = Status::kTooManyPoints;
     return refused;
   }
-  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+  return TimedEstimate(given, [&]<MinimalModel Model>(const SolverSpace& space) {
     if constexpr (kIsOpencvs<Model>) return EstimateWithOpencv<Model>(space, options_);
     return Estimate{};
   });

@@ -37,7 +37,7 @@ struct OpencvUsacOptions {
 class OpencvUsacEstimator : public RobustEstimator {
  public:
   explicit OpencvUsacEstimator(const OpencvUsacOptions& options) : options_(options) { CheckOptions(options); }
-  Estimate DoRun(const Problem& problem, std::uint64_t seed) const override;
+  Estimate DoRun(const SolverSpace& space, std::uint64_t seed) const override;
 
  private:
   OpencvUsacOptions options_;

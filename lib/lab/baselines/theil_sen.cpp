@@ -27,7 +27,7 @@ struct TheilSenOptions {
 class TheilSenEstimator : public RobustEstimator {
  public:
   explicit TheilSenEstimator(const TheilSenOptions& options) : options_(options) { CheckOptions(options); }
-  Estimate DoRun(const Problem& problem, std::uint64_t seed) const override;
+  Estimate DoRun(const SolverSpace& space, std::uint64_t seed) const override;
 
  private:
   TheilSenOptions options_;
@@ -97,8 +97,8 @@ void TheilSenOptions::Bind(OptionsBinder& b) {
       .Help("most minimal sets to solve: all, where there are no more than this, else this many random ones");
 }
 
-Estimate TheilSenEstimator::DoRun(const Problem& problem, std::uint64_t seed) const {
-  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+Estimate TheilSenEstimator::DoRun(const SolverSpace& given, std::uint64_t seed) const {
+  return TimedEstimate(given, [&]<MinimalModel Model>(const SolverSpace& space) {
     if constexpr (HyperplaneModel<Model>)
       return EstimateHyperplane<Model::kDimension>(space, options_.max_iterations, seed);
     return Estimate{};

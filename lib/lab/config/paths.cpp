@@ -5,8 +5,9 @@
 #include <filesystem>
 
 #include "diffsac/core/config_tree.h"
-#include "diffsac/core/resources.h"
+#include "diffsac/core/embedded_models.h"
 #include "diffsac/core/status.h"
+#include "lab/config/resources.h"
 
 namespace diffsac {
 namespace {
@@ -16,7 +17,7 @@ using Kind = ConfigTree::Kind;
 
 constexpr std::array<const char*, 7> kPathKeys = {"checkpoint", "start_from", "chooser", "recording",
                                                   "paths",      "root",       "folder"};
-constexpr const char* kModels = "models/";
+constexpr std::string_view kModels = "models/";
 
 std::vector<std::string> PlacesOf(const ConfigTree& value) {
   const fs::path path = value.scalar;
@@ -57,6 +58,10 @@ void FindPathsIn(ConfigTree* tree) {
 std::string RequiredPath(const Config& value, const std::string& what) {
   const std::string path = value.Text(), found = FoundPath(*value.impl_->Get());
   if (IsThere(found)) return found;
+  if (path.starts_with(kModels)) {
+    const std::string embedded = ModelPlace(path.substr(kModels.size()));
+    if (!EmbeddedModel(embedded).empty()) return embedded;
+  }
   throw Error(value.Where() + ": '" + path + "': no such " + what + "; looked for " +
               Listed(PlacesOf(*value.impl_->Get())) + (path.starts_with(kModels) ? kModelsHint : ""));
 }

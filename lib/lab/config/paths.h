@@ -10,10 +10,10 @@ namespace diffsac {
 // Where the files are that a configuration names. One rule for all of them: a relative path is looked for
 //   1. in the folder of the YAML file that it stands in (what --set or text in memory gives has none),
 //   2. in the current folder,
-//   3. when it begins with `models/`, in the folders of models (core/resources.h).
+//   3. when it begins with `models/`, in the folders of models (resources.h), then in the library.
 
-/// The first of these places where something is. Throws Error when nothing is there: file, line and key, "no such
-/// WHAT", and every place looked at.
+/// The first of these places where something is, of the library core/embedded_models.h's. Throws Error when nothing is
+/// there: file, line and key, "no such WHAT", and every place looked at.
 std::string RequiredPath(const Config& value, const std::string& what);
 
 /// The same for each path that the keys, or lists at the keys, hold; keys that are not there are passed over.

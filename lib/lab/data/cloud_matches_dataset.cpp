@@ -55,8 +55,6 @@ Example ReadPair(const H5::Group& group, const CloudMatchesOptions& options, con
   for (const double limit : limits.values)
     if (!(limit > 0.0)) throw Error(place + "/limits: expected three numbers above 0");
   problem.inlier_threshold = options.inlier_threshold > 0.0 ? options.inlier_threshold : limits.values[0];
-  // The presets' noise scales are multiples of ε.
-  problem.least_scale_factor = problem.greatest_scale_factor = problem.inlier_threshold;
   const auto count = static_cast<Eigen::Index>(points.shape[0]);
   problem.points = Eigen::Map<const PointMatrix>(points.values.data(), count, 6);
   if (group.nameExists("ratios")) {

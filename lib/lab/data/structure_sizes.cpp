@@ -25,6 +25,27 @@ std::vector<double> DrawWeights(const StructureOptions& options, int count, Rng 
   return weights;
 }
 
+std::vector<int> ShareOut(const std::vector<double>& weights, int inliers, int fewest) {
+  const auto count = static_cast<int>(weights.size());
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  // Rounding the running sums keeps the total.
+  std::vector<int> sizes(count);
+  double before = 0.0;
+  int given = 0;
+  for (int k = 0; k < count; ++k) {
+    before += weights[k];
+    const int until = k + 1 == count ? inliers : static_cast<int>(std::lround(inliers * before / sum));
+    sizes[k] = until - given;
+    given = until;
+  }
+  for (;;) {
+    std::sort(sizes.begin(), sizes.end(), std::greater<>());
+    if (sizes.back() >= fewest) return sizes;
+    --sizes.front();
+    ++sizes.back();
+  }
+}
+
 }  // namespace
 
 void StructureOptions::Bind(OptionsBinder& b) {
@@ -49,27 +70,6 @@ int DrawStructureCount(const StructureOptions& options, Rng rng) { return DrawWh
 
 std::vector<int> DrawStructureSizes(const StructureOptions& options, int count, int inliers, int fewest, Rng rng) {
   return ShareOut(DrawWeights(options, count, rng), inliers, fewest);
-}
-
-std::vector<int> ShareOut(const std::vector<double>& weights, int inliers, int fewest) {
-  const auto count = static_cast<int>(weights.size());
-  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
-  // Rounding the running sums keeps the total.
-  std::vector<int> sizes(count);
-  double before = 0.0;
-  int given = 0;
-  for (int k = 0; k < count; ++k) {
-    before += weights[k];
-    const int until = k + 1 == count ? inliers : static_cast<int>(std::lround(inliers * before / sum));
-    sizes[k] = until - given;
-    given = until;
-  }
-  for (;;) {
-    std::sort(sizes.begin(), sizes.end(), std::greater<>());
-    if (sizes.back() >= fewest) return sizes;
-    --sizes.front();
-    ++sizes.back();
-  }
 }
 
 void ArrangeStructures(int fewest, GroundTruth* truth) {

@@ -28,8 +28,6 @@ void CheckStructures(const StructureOptions& options, Task task, double fewest_p
 
 /// K numbers of points, largest first, that sum to `inliers` and are at least `fewest` each; K · fewest ≤ inliers.
 std::vector<int> DrawStructureSizes(const StructureOptions& options, int count, int inliers, int fewest, Rng rng);
-/// The same for given weights.
-std::vector<int> ShareOut(const std::vector<double>& weights, int inliers, int fewest);
 /// K.
 int DrawStructureCount(const StructureOptions& options, Rng rng);
 

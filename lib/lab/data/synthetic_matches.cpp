@@ -141,8 +141,6 @@ Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const Vir
     problem.points.row(i) = matches[order[i]].pixels.transpose();
     if (ratios.size() > 0) problem.match_ratio[i] = ratios[order[i]];
     example.truth.inliers[i] = matches[order[i]].origin == Origin::kInlier;
-    if (!exact.assignment.empty())
-      example.truth.assignment.push_back(example.truth.inliers[i] ? exact.assignment[order[i]] : 0);
   }
   return example;
 }

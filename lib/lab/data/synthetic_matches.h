@@ -50,8 +50,7 @@ struct ExactMatches {
   std::vector<Eigen::Vector4d> inliers;    ///< of the model
   std::vector<Eigen::Vector4d> others;     ///< correct matches that the model does not explain; they count as outliers
   std::vector<Eigen::Vector4d> displaced;  ///< correct matches to be displaced
-  std::vector<std::int32_t> assignment = {};  ///< of the inliers, the structure of each; empty where there is one model
-  std::vector<Eigen::Matrix3d> planes = {};   ///< x2 ~ H x1: those that matches may lie on, as far as they are known
+  std::vector<Eigen::Matrix3d> planes = {};  ///< x2 ~ H x1: those that matches may lie on, as far as they are known
 };
 
 /// How many outliers of a problem are displaced matches.

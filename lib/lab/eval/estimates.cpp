@@ -377,7 +377,7 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate, bool w
   record.translation = estimate.translation;
   if (!whole) return record;
   record.model = estimate.model;
-  record.pose = PoseOfEstimate(estimate, example.problem);
+  record.pose = estimate.pose;
   for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
     if (estimate.inliers[i] != 0) record.inlier_rows.push_back(static_cast<std::int32_t>(i));
   record.inlier_threshold = estimate.inlier_threshold;
@@ -452,7 +452,7 @@ EstimateFile EstimatesFromBytes(std::string bytes, const std::string& name) {
   const std::lock_guard lock(Hdf5Mutex());
   std::string place = name;
   try {
-    const H5::H5File file = OpenHdf5Bytes(bytes, name);
+    const H5::H5File file = OpenHdf5Bytes(bytes);
     const H5::Group root = file.openGroup("/");
     if (GetText(root, "format") != kFormat) throw Error("another format");
     EstimateFile content{GetText(root, "experiment"), GetText(root, "task"), GetText(root, "git_revision"), {}};

@@ -35,11 +35,8 @@ struct EstimatorRow {
   Config config;         ///< type and the method's own options, without the keys above.
   void Bind(OptionsBinder& b);
   bool RunsOn(const std::string& condition) const;
-  /// False for references that are told more than the points: `oracle` the inliers, `offered` and `nearest_of_four` the
-  /// model, `line_posterior` the generator.
-  bool Competes() const {
-    return type != "oracle" && type != "offered" && type != "nearest_of_four" && type != "line_posterior";
-  }
+  /// False for the reference that is told more than the points, `oracle`.
+  bool Competes() const { return type != "oracle"; }
 };
 
 /// What the paper reports for one method and condition; none where it reports nothing. In YAML mAA, [mAA, median],

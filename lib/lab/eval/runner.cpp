@@ -8,7 +8,9 @@
 #include <numeric>
 #include <optional>
 #include <set>
+#include <string_view>
 
+#include "diffsac/core/embedded_models.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"
@@ -85,7 +87,7 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
   static_cast<EstimateRecord&>(record) = RecordOf(example, estimate, experiment.estimates);
   record.scene = experiment.GroupOf(example.scene);
   record.error = MeasureError(estimate, example);
-  AddPoseError(experiment.estimates ? record.pose : PoseOfEstimate(estimate, example.problem), example, &record.error);
+  AddPoseError(experiment.estimates ? record.pose : estimate.pose, example, &record.error);
   record.has_other_pose = estimate.other_pose.has_value();
   record.error_probability = estimate.error_probability;
   record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
@@ -265,7 +267,11 @@ std::vector<std::pair<std::string, std::string>> NetworksOf(const ExperimentOpti
     const std::string path = row.config.Has("checkpoint") ? row.config.Text("checkpoint") : "";
     if (path.empty() || !known.insert(path).second) continue;
     const std::string found = RequiredPath(row.config.Sub("checkpoint"), "checkpoint");
-    networks.emplace_back(EndOf(found), DigestOfFile(found));
+    const std::string_view embedded = EmbeddedModel(found);
+    if (embedded.empty())
+      networks.emplace_back(EndOf(found), DigestOfFile(found));
+    else
+      networks.emplace_back(path, DigestOfText(std::string(embedded)));
   }
   return networks;
 }

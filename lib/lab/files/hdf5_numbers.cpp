@@ -75,7 +75,7 @@ std::mutex& Hdf5Mutex() {
   return mutex;
 }
 
-const char* WhyRefused(hid_t data_set, hsize_t* count) {
+static const char* WhyRefused(hid_t data_set, hsize_t* count) {
   const hid_t properties = H5Dget_create_plist(data_set), space = H5Dget_space(data_set), type = H5Dget_type(data_set);
   const bool known = properties >= 0 && space >= 0 && type >= 0;
   const hssize_t claimed = known ? H5Sget_simple_extent_npoints(space) : 0;

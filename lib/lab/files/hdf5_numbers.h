@@ -28,10 +28,6 @@ struct Numbers {
 std::size_t CountOf(const H5::DataSet& source, const std::string& place);
 std::size_t CountOf(const H5::Attribute& source, const std::string& place);
 
-/// What CountOf says of a data set behind `place`; null pointer, and *count, where it may be read. It calls only C
-/// functions of the library.
-const char* WhyRefused(hid_t data_set, hsize_t* count);
-
 /// `place` names file and object in messages. Throws Error when it holds no numbers and as CountOf does, H5::Exception
 /// otherwise.
 Numbers ReadNumbers(const H5::DataSet& source, const std::string& place);

@@ -15,9 +15,9 @@
 #include <utility>
 
 #include "diffsac/core/logging.h"
-#include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
 #include "lab/config/process.h"
+#include "lab/config/resources.h"
 #include "lab/files/files.h"
 #include "lab/images/network_keypoints.h"
 

@@ -7,8 +7,6 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/mirror_check.h"
-#include "diffsac/estimators/score_check.h"
 #include "lab/config/progress.h"
 #include "lab/images/feature_store.h"
 #include "lab/truth/pair_truth.h"
@@ -49,9 +47,7 @@ void EstimatePair(const SourcePair& images, const PhotographCameras& cameras, co
     problem.hint2 = Held(cameras.hints[of[1]], cameras.from[of[1]]);
   }
   SetTask(estimation.task, estimation.inlier_threshold_px, &pair->example);
-  const auto search = [&](const Problem& given) { return estimation.method.Run(given, estimation.seed); };
-  pair->estimate = SearchCheckingScores(problem, search);
-  CheckMirrored(problem, search, &pair->estimate);
+  pair->estimate = estimation.method.Run(problem, estimation.seed);
   std::optional<FocalEstimate>& focal = pair->estimate.focal;
   for (int k = 0; k < 2; ++k) {
     if (!problem.cameras) pair->camera[k] = cameras.camera[of[k]];

@@ -13,11 +13,16 @@
 #include "diffsac/geometry/calibration.h"
 #include "lab/colmap/model.h"
 #include "lab/files/number_file.h"
-#include "lab/files/own_pictures.h"
 #include "lab/images/run_pairs.h"
 
 namespace diffsac {
 namespace fs = std::filesystem;
+
+bool PassOverOwnPicture(const std::string& path) {
+  const bool own = fs::absolute(path).lexically_normal().parent_path().filename() == kPictureFolder;
+  if (own) LogWarning("left out: " + path + ": a picture that DiffSAC drew");
+  return own;
+}
 
 std::vector<std::string> ListImages(const std::string& folder) {
   // What OpenCV reads, as it was built; and what cameras write besides, which is not passed over without a word.

@@ -107,7 +107,12 @@ std::vector<std::string> ImagesOfList(const std::string& path);
 /// Error: a source without poses, no pairs left in a scene.
 void RequireMotion(double min_motion, const std::string& folder, ImageSource* source);
 
-// For the readers: the image files of a folder in the order of their names; pictures that our programs drew, and
+/// The folder in which programs draw pictures unless they are given a name.
+inline constexpr const char* kPictureFolder = "diffsac_pictures";
+/// Whether a file lies in a folder of that name; with a line in the log, for what lists photographs.
+bool PassOverOwnPicture(const std::string& path);
+
+// For the readers: the image files of a folder in the order of their names; pictures in kPictureFolder, and
 // photographs in formats that are not read, are left out, with a warning each. Throws Error when there are none.
 std::vector<std::string> ListImages(const std::string& folder);
 /// A file's name without its extension and with '_' for '-'.

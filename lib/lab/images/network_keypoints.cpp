@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
-#include "diffsac/core/resources.h"
 #include "diffsac/core/status.h"
+#include "lab/config/resources.h"
 
 namespace diffsac {
 namespace {

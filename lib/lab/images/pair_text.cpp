@@ -90,7 +90,7 @@ std::string ScenePoseText(const Problem& problem, const Estimate& estimate) {
            three(-pose.rotation.transpose() * pose.translation) + "\n";
   };
   std::string all;
-  if (const auto pose = PoseOfEstimate(estimate, problem)) all += text(*pose);
+  if (const auto& pose = estimate.pose) all += text(*pose);
   if (const auto& covariance = estimate.pose_covariance) all += PoseSpreadText(*covariance);
   if (estimate.other_pose)
     all += "  the points lie on one plane, and this pose explains them as well:\n" + text(*estimate.other_pose);
@@ -102,7 +102,7 @@ std::string MotionText(const Problem& problem, const Estimate& estimate) {
   if (problem.task == Task::kAbsolutePose) return ScenePoseText(problem, estimate);
   if (problem.task == Task::kHomography && !problem.cameras)
     return "  no pose: that of a homography needs --calibration, --cameras or --focal\n";
-  const auto pose = PoseOfEstimate(estimate, problem);
+  const auto& pose = estimate.pose;
   if (!pose || pose->translation.isZero(0.0)) return "";
   std::string text = PoseText(*pose);
   if (const auto& covariance = estimate.pose_covariance)

@@ -9,7 +9,6 @@
 
 #include "diffsac/core/status.h"
 #include "lab/colmap/database.h"
-#include "lab/files/own_pictures.h"
 
 namespace diffsac {
 namespace {

@@ -10,7 +10,6 @@
 
 #include "diffsac/core/status.h"
 #include "lab/files/files.h"
-#include "lab/files/own_pictures.h"
 #include "lab/images/detection.h"
 #include "lab/images/image_source.h"
 #include "lab/truth/pair_truth.h"
@@ -27,14 +26,15 @@ cv::Mat LightImage(const cv::Mat& gray) {
 void CheckPictureName(const std::string& path) {
   if (std::filesystem::path(path).extension().empty() || !cv::haveImageWriter(path))
     throw Error(path + ": expected a name that ends in .png, .jpg or another format of pictures");
-  RefuseOtherPicture(path);
 }
 
 void WritePicture(const cv::Mat& image, const std::string& path) {
   CheckPictureName(path);
   std::vector<unsigned char> encoded;
   cv::imencode(std::filesystem::path(path).extension().string(), image, encoded);
-  WriteFileAtomically(path, MarkedAsOwn({reinterpret_cast<const char*>(encoded.data()), encoded.size()}));
+  const auto folder = std::filesystem::path(path).parent_path();
+  if (folder.filename() == kPictureFolder) std::filesystem::create_directories(folder);
+  WriteFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
 }
 
 namespace {

@@ -14,11 +14,11 @@ namespace diffsac {
 /// A grey image in colour, a little lighter, so that what is drawn on it stands out.
 cv::Mat LightImage(const cv::Mat& gray);
 
-/// Writes the whole file, in the format that `path` ends in, marked as ours (lab/files/own_pictures.h). Throws Error as
-/// CheckPictureName does, and where the file cannot be written.
+/// Writes the whole file, in the format that `path` ends in, in place of what is there; makes the folder kPictureFolder
+/// (image_source.h). Throws Error as CheckPictureName does, and where the file cannot be written.
 void WritePicture(const cv::Mat& image, const std::string& path);
 
-/// Throws Error unless WritePicture knows the format that `path` ends in, and where there is another's file already.
+/// Throws Error unless WritePicture knows the format that `path` ends in.
 void CheckPictureName(const std::string& path);
 
 /// How many matches a picture shows.

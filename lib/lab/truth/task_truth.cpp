@@ -107,7 +107,8 @@ EstimateError EpipolarPoseError(const Eigen::Matrix3d* essential, const CameraPa
   error.rotation_deg = kWorstRotationDeg;
   error.translation_deg = kWorstTranslationDeg;
   std::optional<RigidMotion> pose;
-  if (essential != nullptr) pose = EpipolarPose(*essential, cameras, inliers, example.problem.points);
+  if (essential != nullptr)
+    pose = EpipolarPose(*essential, NormalizedCoordinates(example.problem.points, cameras.K1, cameras.K2), inliers);
   error.failed = !pose;
   if (pose) {
     error.rotation_deg = RotationAngleDegrees(pose->rotation, example.truth.pose->rotation);

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/geometry/hyperplane.h"
 
 int main() {
   diffsac::PointMatrix points(10, 2);

@@ -16,7 +16,7 @@
 #include "lab/data/fitted_truth.h"
 #include "lab/data/pair_dataset.h"
 #include "lab/data/pair_filter.h"
-#include "lab/data/synthetic_plane_views.h"
+#include "lab/data/plane_pair.h"
 #include "lab/data/two_view_test_util.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/truth/pair_truth.h"
@@ -188,13 +188,7 @@ namespace {
 // Three planes with exact matches of which the file's labels are 7, 2 and 4, from the largest to the smallest, and
 // three outliers that are called a plane of their own, 1.
 Example PlanesPair() {
-  SyntheticPlaneViewsOptions options;
-  options.structures.structures = 3;
-  options.structures.size_ratio = 4.0;
-  options.matches.noise_px = 0.0;
-  options.matches.num_points = 120;
-  options.matches.outlier_ratio = 0.3;
-  Example pair = MakeSyntheticPlaneViews(options, 2)->Get(0);
+  Example pair = testing::PlanePair({48, 24, 12}, 36, 2, 0.0);
   pair.id = "a-b";
   pair.image1 = "a";
   pair.image2 = "b";

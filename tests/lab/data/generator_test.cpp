@@ -37,9 +37,7 @@ struct Generators {
            {"type: synthetic_two_view\ntask: homography", "two_view_homography/", ""},
            {"type: synthetic_two_view", "two_view_fundamental/", ""},
            {"type: synthetic_two_view\ntask: essential", "two_view_essential/", ""},
-           {"type: synthetic_plane_views", "plane_views/", ""},
-           {"type: modelnet40" + meshes, "modelnet40_fundamental/", "/box"},
-           {"type: modelnet_planes" + meshes, "modelnet_planes/", "/box"}};
+           {"type: modelnet40" + meshes, "modelnet40_fundamental/", "/box"}};
   }
 };
 
@@ -121,18 +119,8 @@ TEST_CASE("generators name mistakes in their options") {
         {"num_points: [20.5, 30]", "whole"},
         {"displacement_px: 0", "displacement_px"},
         {"min_overlap: 0", "min_overlap"}}},
-      {"synthetic_plane_views",
-       {{"structures: [0, 3]", "structures"},
-        {"structures: 2.5", "whole"},
-        {"num_points: 35", "at least 36"},
-        {"num_points: [40.5, 50]", "whole"},
-        {"focall: 2", "focal"}}},
       {"modelnet40",
-       {{"subset: train", "paths"}, {"paths: [nowhere]", "nowhere"}, {"paths: [a]\ntask: homography", "my.yaml:3"}}},
-      {"modelnet_planes",
-       {{"paths: [nowhere]", "nowhere"},
-        {"paths: [.]\nnum_points: 20", "at least 30"},
-        {"paths: [.]\nmin_area_share: 0.001", "min_area_share"}}}};
+       {{"subset: train", "paths"}, {"paths: [nowhere]", "nowhere"}, {"paths: [a]\ntask: homography", "my.yaml:3"}}}};
   for (const auto& [type, mistakes] : kTypes)
     for (const auto& [written, part] : mistakes) {
       CAPTURE(type, written);

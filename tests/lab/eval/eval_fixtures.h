@@ -22,7 +22,8 @@ class TwoPointEstimator : public RobustEstimator {
  public:
   explicit TwoPointEstimator(int batch = 1, std::atomic<bool>* stop = nullptr, int stop_after = 0)
       : batch_(batch), stop_(stop), stop_after_(stop_after) {}
-  diffsac::Estimate DoRun(const Problem& problem, std::uint64_t seed) const override {
+  diffsac::Estimate DoRun(const SolverSpace& space, std::uint64_t seed) const override {
+    const Problem& problem = space.problem();
     if (stop_ != nullptr && ++calls_ > stop_after_) *stop_ = true;
     int set[2];
     Rng(seed).Distinct(static_cast<int>(problem.points.rows()), 2, set);

@@ -17,7 +17,8 @@ using namespace testing;
 
 /// Finds the plane z = 1, or the line y = 1, whatever the points are.
 struct AtOne : RobustEstimator {
-  diffsac::Estimate DoRun(const Problem& problem, std::uint64_t) const override {
+  diffsac::Estimate DoRun(const SolverSpace& space, std::uint64_t) const override {
+    const Problem& problem = space.problem();
     diffsac::Estimate estimate;
     estimate.status = Status::kOk;
     const Eigen::Index dimension = problem.points.cols();

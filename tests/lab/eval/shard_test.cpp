@@ -37,11 +37,11 @@ std::vector<ShardContent> RunShards(const ExperimentOptions& experiment, int cou
 class BatchSensitive : public TwoPointEstimator {
  public:
   using TwoPointEstimator::TwoPointEstimator;
-  std::vector<diffsac::Estimate> DoRunBatch(std::span<const Problem* const> problems,
+  std::vector<diffsac::Estimate> DoRunBatch(std::span<const SolverSpace> problems,
                                             std::span<const std::uint64_t> seeds) const override {
     std::vector<diffsac::Estimate> estimates;
     for (std::size_t i = 0; i < problems.size(); ++i) {
-      estimates.push_back(DoRun(*problems[i], seeds[i]));
+      estimates.push_back(DoRun(problems[i], seeds[i]));
       estimates.back().report.hypotheses = static_cast<int>(problems.size());
     }
     return estimates;

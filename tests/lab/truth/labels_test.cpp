@@ -11,8 +11,8 @@
 #include "diffsac/geometry/hyperplane.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/yaml.h"
+#include "lab/data/plane_pair.h"
 #include "lab/data/synthetic.h"
-#include "lab/data/synthetic_plane_views.h"
 #include "lab/data/synthetic_structures.h"
 #include "lab/truth/best_sets.h"
 
@@ -180,9 +180,7 @@ TEST_CASE("labels of several structures are the optimal sets of each") {
 }
 
 TEST_CASE("homographies have label sets of each plane too") {
-  SyntheticPlaneViewsOptions views;
-  views.structures.structures = 3;
-  const Example example = MakeSyntheticPlaneViews(views, 3)->Get(1);
+  const Example example = testing::PlanePair({40, 30, 20}, 60, 3);
   LabelOptions options;
   options.draws = 40;
   std::set<std::int32_t> labelled;

@@ -51,7 +51,7 @@ void CheckTruth(const Example& pair, Task task) {
       const EstimateError error = TruthOf(task).error(&pair.truth.model, kAll, pair);
       CHECK(error.angle_deg < 1e-5);
       CHECK(error.focal < 1e-12);
-      const auto pose = Description::Pose(pair.truth.model, kAll, pair.problem);
+      const auto pose = Description::Pose(pair.truth.model, kAll, SolverSpace(pair.problem));
       REQUIRE(pose);
       CHECK(pose->rotation.isApprox(pair.truth.motion->rotation, 1e-9));
     }

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "diffsac/consensus/consensus_result.h"
 #include "diffsac/consensus/local/local_optimizer.h"
-#include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/geometry/covariance.h"
+#include "diffsac/geometry/noise_of_inliers.h"
 
 namespace diffsac {
 
@@ -48,6 +48,24 @@ class FinalRefiner {
     return *best;
   }
 
+  /// Says in *result what is to be said of the chosen model, of these hypotheses; nothing where fewer than γ points
+  /// support it.
+  template <class Entries>
+  void Complete(const Entries& hypotheses, ScoredModel<Model> chosen, ConsensusResult* result) const {
+    if (CountInliers(chosen.model) < Model::kMinimalSize) return;
+    if constexpr (HasFocalPosterior<Model>) result->focal = Marginalise(&chosen, &result->hypotheses);
+    if constexpr (HasOtherMinimum<Model>) result->other = OtherMinimum(&chosen, &result->hypotheses);
+    if constexpr (HasRivals<Model>) FindRival(hypotheses, chosen, result);
+    Report(chosen, result);
+  }
+
+  /// A mask of the points that support the model.
+  std::vector<std::uint8_t> Inliers(const Parameters& model) const {
+    const Eigen::VectorXd residuals = scorer_.Residuals(model);
+    return MaskOf(residuals, scales_.SupportThreshold(residuals));
+  }
+
+ private:
   /// The posterior of the chosen model's focal lengths, and the model at its median in place of *chosen, whose score
   /// may fall: it is the prior's share. Nothing without a prior, or where the points do not determine the model.
   std::optional<FocalPosteriors> Marginalise(ScoredModel<Model>* chosen, int* fits) const {
@@ -100,12 +118,6 @@ class FinalRefiner {
     }
   }
 
-  /// The points that support the model.
-  int CountInliers(const Parameters& model) const {
-    const Eigen::VectorXd residuals = scorer_.Residuals(model);
-    return static_cast<int>((residuals.array() <= scales_.SupportThreshold(residuals)).count());
-  }
-
   /// Says of the chosen model, *result, all that its residuals tell.
   void Report(const ScoredModel<Model>& chosen, ConsensusResult* result) const {
     constexpr int kDimension = ResidualDimension<Model>();
@@ -116,15 +128,25 @@ class FinalRefiner {
     result->score = chosen.score;
     result->inlier_threshold = threshold;
     result->noise_scale = NoiseOfInliers(residuals, kDimension, FreeParameters<Model>(), support);
-    result->inliers.resize(residuals.size());
-    for (Eigen::Index i = 0; i < residuals.size(); ++i) result->inliers[i] = residuals[i] <= threshold;
+    result->inliers = MaskOf(residuals, threshold);
     if (!HasRefine<Model> || options_.final_refinement == FinalRefinement::kNone) return;
     result->fit = {LossAt(chosen.model), support};
     if constexpr (HasRobustRefine<Model>)
       if (scorer_.Weighs()) result->fit->weights = scorer_.WeightsUnder(chosen.model);
   }
 
- private:
+  /// The points that support the model.
+  int CountInliers(const Parameters& model) const {
+    const Eigen::VectorXd residuals = scorer_.Residuals(model);
+    return static_cast<int>((residuals.array() <= scales_.SupportThreshold(residuals)).count());
+  }
+
+  static std::vector<std::uint8_t> MaskOf(const Eigen::VectorXd& residuals, double threshold) {
+    std::vector<std::uint8_t> mask(residuals.size());
+    for (Eigen::Index i = 0; i < residuals.size(); ++i) mask[i] = residuals[i] <= threshold;
+    return mask;
+  }
+
   /// Steps of nonlinear refinement before the finalists are chosen.
   static constexpr int kFirstSteps = 2;
 

@@ -66,15 +66,13 @@ struct NoiseScales {
   double reweight_threshold = 0.0;  ///< What reweighted refits take for it.
   int residual_dof = 1;             ///< Degrees of freedom of a residual, for MAGSAC++.
   Mixture mixture;                  ///< Of the Gaussian-uniform score and refit.
-  LikelihoodSetting likelihood;     ///< Of the other scores that are likelihoods.
   double least = 0.0;               ///< From this to `greatest` go what scores and refines over scales.
   double greatest = 0.0;
   std::optional<NoiseEstimator> noise;  ///< Where the threshold of each model is estimated.
 
   /// A score with these constants.
   Score MakeScore(ScoreKind kind, double inlier_prior) const {
-    return Score(
-        kind, {score_threshold, mixture.sigma, mixture.Odds(inlier_prior), residual_dof, least, greatest, likelihood});
+    return Score(kind, {score_threshold, mixture.sigma, mixture.Odds(inlier_prior), residual_dof, least, greatest});
   }
 
   /// What supports a model of such residuals: what is within ε, or, whatever ε is, within the threshold that suits
@@ -92,7 +90,7 @@ struct NoiseScales {
   bool Usable() const {
     const auto usable = [](double length) { return length >= kLeastScale && length <= kLargestScale; };
     return usable(threshold) && usable(score_threshold) && usable(refit_threshold) && usable(reweight_threshold) &&
-           usable(mixture.sigma) && usable(greatest) && usable(likelihood.half_width);
+           usable(mixture.sigma) && usable(greatest) && usable(mixture.Extent());
   }
 };
 
@@ -106,9 +104,6 @@ NoiseScales ScalesOf(const PointMatrix& points, double threshold, const Consensu
   scales.reweight_threshold = options.score_threshold_factor * scales.refit_threshold;
   scales.residual_dof = options.residual_dof > 0 ? options.residual_dof : ResidualDof<Model>();
   scales.mixture = MakeMixture(points, threshold, options.sigma_factor * threshold);
-  scales.likelihood = {
-      options.outlier_half_width > 0.0 ? options.outlier_half_width / unit : 0.5 * scales.mixture.Extent(),
-      ResidualDimension<Model>(), Model::kMinimalSize, options.noise_prior};
   scales.greatest = options.greatest_scale > 0.0 ? options.greatest_scale / unit : scales.score_threshold;
   scales.least = options.least_scale > 0.0 ? options.least_scale / unit : kLeastScaleShare * scales.greatest;
   if (options.threshold == ThresholdKind::kAdaptive) {

@@ -9,8 +9,8 @@
 
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/consensus/scores/score.h"
+#include "diffsac/geometry/bound_block.h"
 #include "diffsac/geometry/model.h"
-#include "diffsac/geometry/square_bounds.h"
 
 namespace diffsac {
 
@@ -102,7 +102,6 @@ class Scorer {
     const double plausibility = Plausibility(model);
     const double bar_of_sum = bar / plausibility;
     if (!MayReach(model, score, bar_of_sum)) return bar;
-    if (!score.IsSum()) return OfAll(model, score, Residuals(model), bar_of_sum - kMargin) * plausibility;
     double sum = 0.0;
     std::array<double, kBlock> residuals;
     for (int begin = 0; begin < size(); begin += kBlock) {
@@ -114,7 +113,7 @@ class Scorer {
     return sum * plausibility;
   }
 
-  /// The same of a model whose residuals are known; of a score that is a sum whatever the bar is.
+  /// The same of a model whose residuals are known.
   double operator()(const typename Model::Parameters& model, const Eigen::VectorXd& residuals, const Score& score,
                     double bar = -1.0) const {
     const double plausibility = Plausibility(model);
@@ -173,7 +172,6 @@ class Scorer {
       typename Model::Bounds::Prepared prepared;
       if (!bounds_ || !(bar > 0.0) || !score.HasBound() || !bounds_->Prepare(model, score.unit(), &prepared))
         return true;
-      if (!score.IsSum()) return !(BoundOfAll(prepared, score) + kMargin < bar);
       std::array<float, kBoundBlock> squares;
       double most = kMargin, before = kMargin;
       for (const Block& block : blocks_) {
@@ -193,19 +191,6 @@ class Scorer {
   /// Of the points in the order of the bounds; null: 1 each.
   const float* WeightsFrom(int begin) const {
     return float_weights_.size() == 0 ? nullptr : float_weights_.data() + begin;
-  }
-
-  /// prepared: a model, as the bounds take it.
-  template <class Prepared>
-  double BoundOfAll(const Prepared& prepared, const Score& score) const {
-    SquareHistogram histogram;
-    std::array<float, kBoundBlock> squares;
-    for (int begin = 0; begin < size(); begin += kBoundBlock) {
-      const int end = std::min(begin + kBoundBlock, size());
-      (*bounds_)(prepared, begin, end, squares.data());
-      histogram.Add(squares.data(), WeightsFrom(begin), end - begin);
-    }
-    return score.BoundOfAll(histogram);
   }
 
   /// Those that do not `matter` may have any weight up to their own.
@@ -233,12 +218,11 @@ class Scorer {
   /// Turns take away, so they are asked about only where the rest reaches the bar.
   double OfAll(const typename Model::Parameters& model, const Score& score, const Eigen::VectorXd& residuals,
                double bar) const {
-    if (HasTurns() && !score.IsSum()) return score.OfAll(residuals.data(), WeightsUnder(model).data(), size(), bar);
-    const double most = score.OfAll(residuals.data(), weights().size() == 0 ? nullptr : weights().data(), size(), bar);
+    const double most = score.Sum(residuals.data(), weights().size() == 0 ? nullptr : weights().data(), size());
     if (!HasTurns() || most < bar) return most;
     const double* values = residuals.data();
     const double reach = score.unit();
-    return score.OfAll(values, WeightsUnder(model, [=](int i) { return values[i] < reach; }).data(), size(), bar);
+    return score.Sum(values, WeightsUnder(model, [=](int i) { return values[i] < reach; }).data(), size());
   }
 
   double Sum(const typename Model::Parameters& model, const Score& score, const double* residuals, int begin,

@@ -6,8 +6,8 @@ void StructureSearchOptions::Bind(OptionsBinder& b) {
   b.Field("search", search)
       .Help(
           "`one` model; several: `sequential`, each search on the points that are left; `at_once`, from one pool of "
-          "hypotheses; `j_linkage` and `t_linkage`, points merged by their preferences for that pool; `chosen`, of "
-          "that pool by a network that learned from labels; `energy`, of that pool by an energy of all labels, and "
+          "hypotheses; `chosen`, of that pool by a network that learned from labels; `energy`, of that pool by an "
+          "energy of all labels, and "
           "of models that are drawn within the structures found");
   const bool several = Several();
   const char* only = "structures.search other than one";

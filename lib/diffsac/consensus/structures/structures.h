@@ -17,21 +17,15 @@ namespace diffsac {
 ///   kSequential  "sequential": one search after the other, each on the points that are left, with a sampler of its own
 ///   kAtOnce      "at_once": all sets are drawn and solved first; then the best hypothesis is chosen on the points that
 ///                are left, one after the other
-///   kJLinkage    "j_linkage": the same hypotheses; points are merged by the hypotheses that they are inliers of (Toldo
-///                and Fusiello, "Robust multiple structures estimation with J-linkage", ECCV 2008)
-///   kTLinkage    "t_linkage": by soft preferences (Magri and Fusiello, "T-linkage: a continuous relaxation of
-///                J-linkage for multi-model fitting", CVPR 2014)
 ///   kEnergy      "energy": of the same hypotheses those that, with labels of all points, make one energy least
 ///                (energy_search.h)
 ///   kChosen      "chosen": of the same hypotheses a StructureChooser takes some, in its order
-enum class StructureSearch { kOne, kSequential, kAtOnce, kJLinkage, kTLinkage, kChosen, kEnergy };
+enum class StructureSearch { kOne, kSequential, kAtOnce, kChosen, kEnergy };
 template <>
 inline constexpr auto kEnumNames<StructureSearch> = NamesOf<StructureSearch>({{StructureSearch::kOne, "one"},
                                                                               {StructureSearch::kSequential,
                                                                                "sequential"},
                                                                               {StructureSearch::kAtOnce, "at_once"},
-                                                                              {StructureSearch::kJLinkage, "j_linkage"},
-                                                                              {StructureSearch::kTLinkage, "t_linkage"},
                                                                               {StructureSearch::kChosen, "chosen"},
                                                                               {StructureSearch::kEnergy, "energy"}});
 

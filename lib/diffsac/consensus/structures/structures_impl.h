@@ -12,7 +12,6 @@
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/consensus/scores/false_alarms.h"
 #include "diffsac/consensus/structures/energy_search.h"
-#include "diffsac/consensus/structures/linkage.h"
 #include "diffsac/consensus/structures/structures.h"
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/hyperplane.h"
@@ -125,9 +124,6 @@ double LogModels(const ChanceSpace<Model>& chance, const ModelParameters& model,
 
 /// So many models that are no structure are passed over before the search ends.
 inline constexpr int kMostAside = 20;
-/// Soft preferences fall off as exp(−r/τ) up to 5 τ (T-linkage), with τ this share of ε.
-inline constexpr double kPreferenceScale = 0.4;
-inline constexpr double kPreferenceReach = 5.0;
 
 /// What is known of some of the points.
 inline EstimationPriors OfRows(const EstimationPriors& priors, const std::vector<int>& rows) {
@@ -156,7 +152,7 @@ class StructuresSearch {
         rng_(rng),
         priors_(priors),
         chance_(points, threshold, rng.Fork("chance")) {
-    // As the loop does, which searches of linkages do without.
+    // As the loop does, which other searches do without.
     std::erase_if(priors_.models, [](const ModelParameters& model) {
       return model.size() != Parameters::SizeAtCompileTime || !model.allFinite();
     });
@@ -166,10 +162,6 @@ class StructuresSearch {
     found_.assignment.assign(static_cast<std::size_t>(points_.rows()), 0);
     aside_.assign(found_.assignment.size(), 0);
     switch (structures_.search) {
-      case StructureSearch::kJLinkage:
-      case StructureSearch::kTLinkage:
-        TakeClusters();
-        break;
       case StructureSearch::kChosen:
         Solve();
         return Chosen();
@@ -301,47 +293,6 @@ class StructuresSearch {
       }
       if (!structure) ++asides;
     }
-  }
-
-  void TakeClusters() {
-    Solve();
-    const std::vector<int> cluster = LinkPoints(Preferences());
-    const int count = cluster.empty() ? 0 : 1 + *std::max_element(cluster.begin(), cluster.end());
-    std::vector<std::vector<int>> members(count);
-    for (int i = 0; i < static_cast<int>(cluster.size()); ++i) members[cluster[i]].push_back(i);
-    std::stable_sort(members.begin(), members.end(), [](const auto& a, const auto& b) { return a.size() > b.size(); });
-    for (std::vector<int>& rows : members) {
-      if (static_cast<int>(models_.size()) == structures_.most) break;
-      std::erase_if(rows, [&](int i) { return found_.assignment[i] != 0; });
-      if (static_cast<int>(rows.size()) <= Model::kMinimalSize) continue;
-      ModelParameters model;
-      if (Refit(rows, nullptr, rng_.Fork("cluster", models_.size()), &model)) Accept(model);
-    }
-  }
-
-  /// Takes a model with all free points that it explains, for a structure may be in several clusters; unless chance
-  /// would give as many.
-  void Accept(const ModelParameters& model) {
-    if (!IsStructure(model, SupportOf(model, kCandidate))) return;
-    models_.push_back(model);
-    for (const int i : RowsOf(0))
-      if (ResidualOf(model, i) <= threshold_) found_.assignment[i] = static_cast<std::int32_t>(models_.size());
-  }
-
-  PreferenceMatrix Preferences() const {
-    const bool soft = structures_.search == StructureSearch::kTLinkage;
-    const double tau = kPreferenceScale * threshold_;
-    PreferenceMatrix preferences(points_.rows(), static_cast<Eigen::Index>(priors_.models.size()));
-    for (Eigen::Index h = 0; h < preferences.cols(); ++h) {
-      const Parameters model = priors_.models[static_cast<std::size_t>(h)];
-      for (Eigen::Index i = 0; i < points_.rows(); ++i) {
-        const double r = Model::Residual(model, points_.data() + i * points_.cols());
-        // Written so that what is not a number is no preference.
-        const double hard = r <= threshold_ ? 1.0 : 0.0, reach = r < kPreferenceReach * tau ? std::exp(-r / tau) : 0.0;
-        preferences(i, h) = static_cast<float>(soft ? reach : hard);
-      }
-    }
-    return preferences;
   }
 
   /// The model of these points alone, from `start` (null: from least squares). False where there is none.

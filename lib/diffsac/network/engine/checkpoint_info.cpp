@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "diffsac/core/config_json.h"
+#include "diffsac/core/embedded_models.h"
 #include "diffsac/core/registry.h"
 #include "diffsac/core/safetensors.h"
 #include "diffsac/core/status.h"
@@ -60,8 +61,9 @@ std::string TextOf(const LossSums& losses) {
 }  // namespace
 
 SafetensorsFile OpenCheckpoint(const std::string& path) {
-  if (!std::filesystem::exists(path)) throw Error(path + ": no such checkpoint");
-  SafetensorsFile file(path);
+  const std::string_view embedded = EmbeddedModel(path);
+  if (embedded.empty() && !std::filesystem::exists(path)) throw Error(path + ": no such checkpoint");
+  SafetensorsFile file = embedded.empty() ? SafetensorsFile(path) : SafetensorsFile(path, embedded);
   if (!file.HasText("format") || file.Text("format") != kFormat) throw Error(path + ": not a DiffSAC checkpoint");
   if (file.Text("version") != kVersion)
     throw Error(path + ": checkpoint version " + Shown(file.Text("version")) + ", this program reads version '" +

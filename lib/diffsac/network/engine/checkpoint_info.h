@@ -36,8 +36,8 @@ struct CheckpointInfo {
 inline constexpr const char* kNetworkTensors = "network.";
 inline constexpr const char* kAverageTensors = "average.";
 
-/// Opens a checkpoint whose info is then read from it. Throws Error when the file is missing, damaged or of another
-/// program or version.
+/// Opens a checkpoint, of a path or in the library (core/embedded_models.h), whose info is then read from it. Throws
+/// Error when the file is missing, damaged or of another program or version.
 SafetensorsFile OpenCheckpoint(const std::string& path);
 CheckpointInfo ReadInfo(const SafetensorsFile& file);
 /// A number of the info that is not negative. Throws Error naming file and key.

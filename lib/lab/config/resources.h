@@ -5,23 +5,19 @@
 
 namespace diffsac {
 
-// Where the files are that come with the library and the programs. Models are looked for in $DIFFSAC_MODELS, then in
-// `models` of share/diffsac beside the running program, which `cmake --install` fills and which in a build tree is a
-// link to the sources, then in the folders of AddModelsFolder.
+// Where the files are that come with the programs. Models of tables are looked for in $DIFFSAC_MODELS, then in `models`
+// of share/diffsac beside the running program, which `cmake --install` fills and which in a build tree is a link to the
+// sources. Those that the library carries need no file (core/embedded_models.h).
 
-/// Models are looked for in this folder as well, after the others. Programs of others that link an installed library
-/// call it with their prefix's folder when they start (diffsac/diffsac.h).
-void AddModelsFolder(const std::string& folder);
-
-/// The file of a model ("fundamental/model.safetensors"): in `folder` alone where one is given, else in the folders of
-/// models. Throws Error naming every place looked at and DIFFSAC_MODELS.
-std::string FindModel(const std::string& name, const std::string& folder = "");
-
-/// What such an Error ends with where no folder was given.
+/// What an Error ends with where a model was not found.
 inline constexpr const char* kModelsHint = "; the environment's DIFFSAC_MODELS names a folder of models elsewhere";
 
 /// The folders of models, in their order.
 std::vector<std::string> ModelsFolders();
+
+/// The first file of a model ("xfeat/model.pt") in the folders of models. Throws Error naming every place looked at and
+/// DIFFSAC_MODELS.
+std::string FindModel(const std::string& name);
 
 /// share/diffsac beside the running program, wherever its prefix was moved to: as it is installed, and as a build tree
 /// has it.
