@@ -76,6 +76,8 @@ struct Problem {
   CameraHint hint2 = {};  ///< Of the second.
   /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
   DescriptorMatrix descriptors = {};
+  /// A model to score in addition to the sampled ones, in the coordinates in which the problem is solved.
+  std::optional<ModelParameters> initial_model = {};
   /// By what the noise scales of an estimator's options (ConsensusOptions::least_scale and greatest_scale) are
   /// multiplied: 1 where they are made for this problem.
   double least_scale_factor = 1.0;

@@ -96,6 +96,7 @@ Problem PartOf(const Problem& whole, const std::vector<int>& rows) {
   part.size2 = whole.size2;
   part.least_scale_factor = whole.least_scale_factor;
   part.greatest_scale_factor = whole.greatest_scale_factor;
+  part.initial_model = whole.initial_model;
   part.points = whole.points(rows, Eigen::all);
   if (whole.match_ratio.size() == count) part.match_ratio = whole.match_ratio(rows);
   part.scored = whole.scored;
