@@ -192,9 +192,9 @@ TEST_CASE("options and missing sizes are refused by name") {
   refused(options, "least_value: expected");
   options = Known(room);
   options.models_folder = "/none";
-  refused(options, "model vanishing_point_chooser/model.safetensors: no such file; looked for /none");
+  refused(options, "/none/vanishing_point_chooser/model.safetensors: no such checkpoint");
   options.K.reset();
-  refused(options, "model vanishing_point_chooser_uncalibrated/model.safetensors");
+  refused(options, "/none/vanishing_point_chooser_uncalibrated/model.safetensors");
 }
 
 TEST_CASE("the function gives the digits of the tables' row, with K and without") {

@@ -13,12 +13,6 @@
 namespace diffsac {
 namespace {
 
-EstimateOptions WithModels() {
-  EstimateOptions options;
-  options.models_folder = DIFFSAC_SOURCE_DIR "/models";
-  return options;
-}
-
 Problem Calibrated(std::uint64_t seed) {
   Rng rng(seed);
   Problem problem;
@@ -34,12 +28,11 @@ Problem Calibrated(std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("an estimator that is kept says what the functions say, problem by problem") {
-  const Estimator estimator(Task::kEssential, WithModels());
+  const Estimator estimator(Task::kEssential);
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
     const Problem problem = Calibrated(seed);
     testing::OwnedMatches matches{problem.points.leftCols(2), problem.points.rightCols(2), problem.match_ratio};
     ImageOptions options;
-    options.models_folder = WithModels().models_folder;
     options.seed = seed;
     options.max_residual = 1.0;
     const TwoViewEstimate once = EstimateEssential(matches, *problem.cameras, options);
@@ -54,7 +47,7 @@ TEST_CASE("an estimator that is kept says what the functions say, problem by pro
 }
 
 TEST_CASE("estimators are kept by what makes them") {
-  EstimateOptions options = WithModels();
+  EstimateOptions options;
   const auto first = KeptEstimator(Task::kEssential, options);
   options.seed = 5;
   CHECK(KeptEstimator(Task::kEssential, options) == first);
@@ -70,7 +63,7 @@ TEST_CASE("what an estimator cannot do is said") {
   EstimateOptions options;
   options.max_iterations = -1;
   CHECK(Has(ErrorOf([&] { Estimator(Task::kEssential, options); }), "max_iterations: expected from 1"));
-  const Estimator estimator(Task::kFundamental, WithModels());
+  const Estimator estimator(Task::kFundamental);
   CHECK(Has(ErrorOf([&] { estimator.Run(Calibrated(0)); }), "problem.task: expected fundamental, got essential"));
   options = {};
   options.models_folder = "/none";

@@ -8,7 +8,9 @@
 #include <numeric>
 #include <optional>
 #include <set>
+#include <string_view>
 
+#include "diffsac/core/embedded_models.h"
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"

@@ -37,7 +37,7 @@ What is read, all includes, settings and defaults resolved, is written to `confi
 
 Paths in a file (`include`, `checkpoint`, `start_from`, `chooser`, `paths`, `root`, `folder`) are relative to that file. But for `include`,
 what is not there is looked for in the current folder, as what `--set` gives is, and what begins with `models/` then in `$DIFFSAC_MODELS`
-and in `share/diffsac/models` beside the program. Where nothing is found, the message names every place.)";
+and in `share/diffsac/models` beside the program, and last in the library. Where nothing is found, the message names every place.)";
 
 constexpr char kMainMethod[] = "diffsac";
 
