@@ -3,6 +3,9 @@
 #include <nanobind/stl/filesystem.h>
 #include <nanobind/stl/string.h>
 
+#include <array>
+#include <tuple>
+
 #include "arguments.h"
 #include "results.h"
 
@@ -24,19 +27,19 @@ auto Unlocked(const Call& estimate) {
 // Options that functions share: its type in Python, its default, and where it goes.
 #define DIFFSAC_PYTHON_OPTION(Name, name, Python, standard)                        \
   struct Name {                                                                    \
-    using Type = const std::optional<Python>&;                                     \
+    using Type = const Python&;                                                    \
     static auto Argument() { return nb::arg(#name) = standard; }                   \
     static void Set(Type value, SearchArguments* search) { search->name = value; } \
   };
 
-DIFFSAC_PYTHON_OPTION(MaxResidual, max_residual, Real, nb::none())
-DIFFSAC_PYTHON_OPTION(MaxIterations, max_iterations, Whole, nb::none())
-DIFFSAC_PYTHON_OPTION(MinIterations, min_iterations, Whole, nb::none())
-DIFFSAC_PYTHON_OPTION(Confidence, confidence, Real, nb::none())
+DIFFSAC_PYTHON_OPTION(MaxResidual, max_residual, OptionalReal, nb::none())
+DIFFSAC_PYTHON_OPTION(MaxIterations, max_iterations, OptionalWhole, nb::none())
+DIFFSAC_PYTHON_OPTION(MinIterations, min_iterations, OptionalWhole, nb::none())
+DIFFSAC_PYTHON_OPTION(Confidence, confidence, OptionalReal, nb::none())
 DIFFSAC_PYTHON_OPTION(NumThreads, num_threads, Whole, 1)
-DIFFSAC_PYTHON_OPTION(InitialModel, initial_model, ArrayLike, nb::none())
+DIFFSAC_PYTHON_OPTION(InitialModel, initial_model, OptionalArray, nb::none())
 DIFFSAC_PYTHON_OPTION(GuidanceOption, guidance, Text, "network")
-DIFFSAC_PYTHON_OPTION(ModelsFolderOption, models_folder, PathLike, nb::none())
+DIFFSAC_PYTHON_OPTION(ModelsFolderOption, models_folder, OptionalPath, nb::none())
 DIFFSAC_PYTHON_OPTION(Seed, seed, Whole, 0)
 #undef DIFFSAC_PYTHON_OPTION
 
@@ -86,9 +89,10 @@ void DefineViews(nb::module_* module, const char* name, const char* doc, Shared 
           MaybeSize size2, MaybeArray changes, const SearchArguments& search) {
         const Matches matches = MatchesOf(x1, x2, {snn_ratio, scores}, size1, size2, changes);
         const auto options = OptionsOf<ImageOptions>(search);
-        return [&](const auto&... matrices) {
-          return Unlocked([&] { return estimate(matches, matrices..., options); });
-        }(Matrix3(K, cameras)...);
+        const std::array<Eigen::Matrix3d, sizeof...(K)> matrices{Matrix3(K, cameras)...};
+        return Unlocked([&] {
+          return std::apply([&](const auto&... each) { return estimate(matches, each..., options); }, matrices);
+        });
       },
       "x1"_a, "x2"_a, nb::arg(cameras)..., "snn_ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
       "size1"_a = nb::none(), "size2"_a = nb::none(), "scale_rotation_changes"_a = nb::none());
@@ -111,9 +115,10 @@ void DefineFocal(nb::module_* module, const char* name, const char* doc, Call es
         options.principal_point2 = PairOf(principal_point2, "principal_point2");
         if (const auto likely = PairOf(prior, "prior")) options.prior = FocalPrior{likely->x(), likely->y()};
         if (const auto likely = PairOf(prior2, "prior2")) options.prior2 = FocalPrior{likely->x(), likely->y()};
-        return [&](const auto&... matrices) {
-          return Unlocked([&] { return estimate(matches, matrices..., options); });
-        }(Matrix3(K, cameras)...);
+        const std::array<Eigen::Matrix3d, sizeof...(K)> matrices{Matrix3(K, cameras)...};
+        return Unlocked([&] {
+          return std::apply([&](const auto&... each) { return estimate(matches, each..., options); }, matrices);
+        });
       },
       "x1"_a, "x2"_a, nb::arg(cameras)..., "snn_ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
       "size1"_a = nb::none(), "size2"_a = nb::none(), "principal_point1"_a = nb::none(),

@@ -34,7 +34,7 @@ TEST_CASE("views read matrices blocks and maps in place") {
   CHECK(Points2DView(rows.data(), 3).matrix() == rows);
   const ValuesView second = rows.col(1);
   CHECK(second.matrix() == rows.col(1));
-  CHECK(&second.matrix()[1] == &rows(1, 1));
+  CHECK(&second.matrix().coeffRef(1) == &rows(1, 1));
 }
 
 TEST_CASE("views keep what was temporary as long as a copy lives") {

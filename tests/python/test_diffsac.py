@@ -499,7 +499,7 @@ class TestMistakes(unittest.TestCase):
 
     def test_numbers_of_any_type_are_options(self):
         s = self.scene
-        expected = diffsac.estimate_fundamental(s.x1, s.x2, size1=SIZE, size2=SIZE, max_iterations=200, seed=3)
+        expected = diffsac.estimate_fundamental(s.x1, s.x2, size1=SIZE, size2=SIZE, max_iterations=200, seed=3, max_residual=1.0)
         other = diffsac.estimate_fundamental(
             s.x1, s.x2, size1=np.array(SIZE), size2=[640.0, 480.0], max_iterations=2e2, seed=np.uint8(3), max_residual=np.float32(1),
             num_threads=2.0,

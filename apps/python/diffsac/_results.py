@@ -4,7 +4,7 @@ import enum
 import operator
 import warnings
 from dataclasses import dataclass
-from typing import Any, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Optional, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,15 +66,17 @@ class _Result:
         "draws": "iterations",
     }
 
-    def __getattr__(self, name: str) -> Any:
-        new = _Result._OLD.get(name)
-        if new is None:
-            raise AttributeError(f"{type(self).__name__} has no field '{name}'")
-        if "diagnostics" not in getattr(type(self), "__dataclass_fields__", {}):
-            new = new.rpartition(".")[2]
-        value = operator.attrgetter(new)(self)
-        warnings.warn(f"{name} is {new} since diffsac 0.3", DeprecationWarning, stacklevel=2)
-        return value
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            new = _Result._OLD.get(name)
+            if new is None:
+                raise AttributeError(f"{type(self).__name__} has no field '{name}'")
+            if "diagnostics" not in getattr(type(self), "__dataclass_fields__", {}):
+                new = new.rpartition(".")[2]
+            value = operator.attrgetter(new)(self)
+            warnings.warn(f"{name} is {new} since diffsac 0.3", DeprecationWarning, stacklevel=2)
+            return value
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,7 +37,7 @@ def _drop_in(fewest: int, estimate: Callable[..., Any], *orders: str, fits: Tupl
     names = {name for way in ways for name in way.parameters}
     first, others = ways[0].parameters, inspect.signature(estimate).parameters
     unlike = ("x1", "x2", "K1", "K2", "points3d", "points2d", "K", "max_residual", "max_iterations")
-    by_name = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for name, one in others.items() if name not in unlike]
+    by_name = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for name, one in others.items() if name not in names.union(unlike)]
 
     def made(function: Callable[[Given, Dict[str, Any]], Any]) -> Callable[..., Any]:
         name = function.__name__
