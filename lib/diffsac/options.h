@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "diffsac/estimators/estimate_options.h"
+#include "diffsac/estimators/guidance.h"
 #include "diffsac/geometry/focal.h"
 #include "diffsac/problem/image_pair.h"
 

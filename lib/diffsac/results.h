@@ -21,17 +21,16 @@ namespace diffsac {
 using Degeneracy = Translation;          ///< What the inliers of two views leave undetermined.
 using EstimationStats = EstimateReport;  ///< Iterations, hypotheses and milliseconds of an estimate.
 
-/// Whether a result may be used. Of several that hold, the first in this order.
-///   kFailed        "failed": no model; Status says why
-///   kUnsupported   "unsupported": no more inliers than unrelated points would give. Do not use it
-///   kUnreliable    "unreliable": E, F: more often wrong than right, by more than 10° in R or t
-///   kRotationOnly  "rotation_only": the camera only rotated, or did not move. R is right; t is 0, and E and F are one
-///   of
-///                  many that fit
-///   kPlanar        "planar": the inliers lie on one plane (F) or line. They are right; the model is one of many that
-///   fit kAmbiguous     "ambiguous": two poses explain the inliers, `pose` and `ambiguous_pose` kReliable "reliable":
-///   use it
-enum class Verdict { kFailed, kUnsupported, kUnreliable, kRotationOnly, kPlanar, kAmbiguous, kReliable };
+/// Whether a result may be used. If several hold, the first.
+enum class Verdict {
+  kFailed,        ///< "failed": no model; Status says why.
+  kUnsupported,   ///< "unsupported": no more inliers than unrelated points would give. Do not use it.
+  kUnreliable,    ///< "unreliable": E, F: more often wrong than right, by more than 10° in R or t.
+  kRotationOnly,  ///< "rotation_only": the camera only rotated, or did not move: R is right, t is 0.
+  kPlanar,        ///< "planar": the inliers lie on one plane (F) or line: they are right, the model is one of many.
+  kAmbiguous,     ///< "ambiguous": two poses explain the inliers, `pose` and `ambiguous_pose`.
+  kReliable       ///< "reliable".
+};
 /// Their names.
 template <>
 inline constexpr auto kEnumNames<Verdict> = NamesOf<Verdict>({{Verdict::kFailed, "failed"},

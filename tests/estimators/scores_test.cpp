@@ -70,7 +70,7 @@ TEST_CASE("With scores no network is asked for, nor needed, and what few matches
                         essential = EstimateEssential(scored.matches, scored.cameras, options);
   for (const TwoViewEstimate* estimate : {&fundamental, &essential}) {
     REQUIRE(estimate->ok());
-    CHECK_FALSE(estimate->may_be_chance());
+    CHECK_FALSE(testing::MayBeChance(*estimate));
     int right = 0;
     for (std::size_t i = 0; i < estimate->inliers.size(); ++i)
       right += i % 4 != 3 && i % 10 >= 6 && estimate->inliers[i];

@@ -64,7 +64,7 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         named = renamed(kwargs, signature.parameters)
         try:
-            return function(*args, **named)  # type: ignore[arg-type]
+            return function(*args, **named)
         except TypeError as error:
             raise _explanation(function.__name__, signature, args, named, error) from None
 

@@ -27,7 +27,7 @@ class Estimator {
   explicit Estimator(Task task, const EstimateOptions& options = {}, bool several = false);
 
   /// threshold_asked: whether the problem's threshold was asked for, so that noise may be far from it, or is a usual
-  /// one (ImageOptions::max_residual_px). Where ratios or scores look worse than none, it searches once more without
+  /// one (ImageOptions::max_residual). Where ratios or scores look worse than none, it searches once more without
   /// them (Estimate::scores_ignored; not for several models). Throws Error for a problem of another task, and where a
   /// network is not found.
   Estimate Run(const Problem& problem, std::uint64_t seed = 0, bool threshold_asked = true) const;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "diffsac/correspondences.h"
+#include "diffsac/estimators/estimate_options.h"
 #include "diffsac/estimators/scene_frame.h"
 #include "diffsac/options.h"
 #include "diffsac/problem/problem.h"
