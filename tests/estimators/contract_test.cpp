@@ -310,7 +310,7 @@ TEST_CASE("points outside the given size are an error") {
   CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "8 of 49 points are outside, first row 0 at (5000, 5000)"));
 }
 
-TEST_CASE("sizes, principal points and similarities that make no sense are an error") {
+TEST_CASE("sizes, principal points and keypoint changes that make no sense are an error") {
   const PublicFunction function = PublicFunctions().front();
   testing::OwnedMatches matches = testing::MatchesOf(function.points, {});
   matches.size2 = {640, -480};
@@ -321,7 +321,7 @@ TEST_CASE("sizes, principal points and similarities that make no sense are an er
   CHECK(Has(ErrorOf([&] { EstimateSharedFocal(matches, options); }), "principal_point2: expected finite pixels"));
   matches.scale_rotation_changes = Eigen::MatrixXd::Zero(function.points.rows(), 2);
   matches.scale_rotation_changes(3, 1) = kNan;
-  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "similarities: expected finite values"));
+  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "scale_rotation_changes: expected finite values"));
   matches.points2(3, 0) = kNan;
   CHECK(EstimateFundamental(matches).diagnostics.num_nonfinite == 1);
   matches = testing::MatchesOf(function.points, {});
@@ -332,7 +332,7 @@ TEST_CASE("sizes, principal points and similarities that make no sense are an er
   matches.scale_rotation_changes.col(1).setConstant(2.0 * M_PI);
   CHECK(EstimateFundamental(matches).model == given.model);  // A full turn is none.
   matches.scale_rotation_changes.resize(7, 2);
-  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "similarities: expected one for each of"));
+  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "scale_rotation_changes: expected one for each of"));
   matches.scale_rotation_changes.resize(0, 2);
   matches.snn_ratio.setOnes(7);
   CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "snn_ratio: expected one for each of"));

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "diffsac/diffsac.h"
+#include "diffsac/estimators/estimate_options.h"
 #include "estimators/owned_matches.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/make_estimator.h"

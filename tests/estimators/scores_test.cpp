@@ -283,7 +283,7 @@ TEST_CASE("trouble: scores that are none, of another number, or beside ratios") 
   };
   for (const double wrong : {-0.1, 1.01, 20.0, std::numeric_limits<double>::quiet_NaN()}) {
     const std::string text = error([&](auto* input) { input->scores[17] = wrong; });
-    CHECK(text.rfind("scores: expected what a matcher says, from 0 to 1, higher is better, got", 0) == 0);
+    CHECK(text.rfind("scores: expected a matcher's confidences, from 0 to 1, higher is better, got", 0) == 0);
     CHECK(Has(text, "in row 17"));
   }
   CHECK(error([](auto* input) { input->scores[17] = 1.0 + 1e-7; }).empty());  // Of single precision.

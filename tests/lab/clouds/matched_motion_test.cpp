@@ -116,11 +116,11 @@ TEST_CASE("columns of matches are found by their names, and scores are none of t
   const Matches3D3D plain = files.Read("1 2 3 4 5 6 0.5\n7 8 9 10 11 nan 1\n");
   CHECK(plain.points1.matrix().row(1) == Eigen::RowVector3d(7.0, 8.0, 9.0));
   CHECK(plain.snn_ratio.matrix() == Eigen::Vector2d(0.5, 1.0));
-  CHECK(plain.scores.size() == 0);
+  CHECK(plain.scores.empty());
   const Matches3D3D named = files.Read("score,x2,y2,z2,id,z1,y1,x1\n0.25,4,5,6,0,3,2,1\n");
   CHECK(named.points1.matrix().row(0) == Eigen::RowVector3d(1.0, 2.0, 3.0));
-  CHECK(named.points2.row(0) == Eigen::RowVector3d(4.0, 5.0, 6.0));
-  CHECK(named.scores == Eigen::VectorXd::Constant(1, 0.25));
+  CHECK(named.points2.matrix().row(0) == Eigen::RowVector3d(4.0, 5.0, 6.0));
+  CHECK(named.scores.matrix() == Eigen::VectorXd::Constant(1, 0.25));
   CHECK(named.snn_ratio.empty());
 }
 
