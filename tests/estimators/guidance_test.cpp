@@ -32,13 +32,13 @@ template <class Options>
 Options With(Guidance guidance) {
   Options options;
   options.guidance = guidance;
-  if constexpr (requires { options.max_distance; }) options.max_distance = 0.1;
+  if constexpr (std::is_same_v<Options, PointOptions>) options.max_residual = 0.1;
   return options;
 }
 
 /// What a function answers, and how many minimal samples it drew.
 struct Drawn : Answer {
-  explicit Drawn(const auto& result) : Answer(AnswerOf(result)), draws(result.cost.draws) {}
+  explicit Drawn(const auto& result) : Answer(AnswerOf(result)), draws(result.stats.draws) {}
   bool operator==(const Drawn& other) const {
     return models == other.models && labels == other.labels && draws == other.draws;
   }
@@ -151,8 +151,8 @@ TEST_CASE("Diffusion is refused where there is no network for it") {
   CHECK(ErrorOf([&] {
           EstimateAbsolutePose({rows.leftCols(3), rows.rightCols(2)}, kCamera, options);
         }) == none + "absolute_pose");
-  CHECK(ErrorOf([&] { EstimateFundamentals(matches, options); }) == none + "several models");
-  CHECK(ErrorOf([&] { EstimateLines(rows.leftCols(2), points); }) == none + "several models");
+  CHECK(ErrorOf([&] { EstimateMultipleFundamentals(matches, options); }) == none + "several models");
+  CHECK(ErrorOf([&] { EstimateMultipleLines(rows.leftCols(2), points); }) == none + "several models");
   VanishingPointOptions vanishing;
   vanishing.size = {640, 480};
   vanishing.guidance = Guidance::kDiffusion;

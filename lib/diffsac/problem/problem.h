@@ -83,6 +83,8 @@ struct Problem {
   CameraHint hint2 = {};  ///< Of the second.
   /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
   DescriptorMatrix descriptors = {};
+  /// A model to score in addition to the sampled ones, in the coordinates in which the problem is solved.
+  std::optional<ModelParameters> initial_model = {};
 };
 
 /// Sets ε in pixels, and whether it is the default one.

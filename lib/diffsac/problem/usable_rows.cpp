@@ -95,6 +95,7 @@ Problem PartOf(const Problem& whole, const std::vector<int>& rows) {
   part.hint2 = whole.hint2;
   part.size1 = whole.size1;
   part.size2 = whole.size2;
+  part.initial_model = whole.initial_model;
   part.points = whole.points(rows, Eigen::all);
   if (whole.match_ratio.size() == count) part.match_ratio = whole.match_ratio(rows);
   part.scored = whole.scored;
