@@ -245,29 +245,6 @@ except ValueError:
         loose = self.essential(min_iterations=1, confidence=0.5, guidance="none").stats.iterations
         self.assertLess(loose, self.essential(min_iterations=1, confidence=1 - 1e-8, guidance="none").stats.iterations)
 
-    def test_names_of_the_last_version_warn(self):
-        s = self.scene
-        with self.assertWarnsRegex(DeprecationWarning, "ratio is snn_ratio"):
-            old = diffsac.estimate_essential(s.x1, s.x2, K, K, ratio=s.ratio)
-        new = self.essential()
-        np.testing.assert_array_equal(old.model, new.model)
-        with self.assertWarns(DeprecationWarning):
-            plain = self.essential(use_network=False, max_residual_px=0)
-        np.testing.assert_array_equal(plain.model, self.essential(guidance="none").model)
-        with self.assertWarnsRegex(DeprecationWarning, "noise_scale is sigma"):
-            self.assertEqual(new.noise_scale, new.sigma)
-        with self.assertWarns(DeprecationWarning):
-            self.assertEqual(new.share_behind, new.diagnostics.cheirality_failure_ratio)
-        with self.assertWarns(DeprecationWarning):
-            self.assertEqual(new.cost.draws, new.stats.iterations)
-        with self.assertWarns(DeprecationWarning):
-            lines = diffsac.estimate_lines(s.x1, max_distance=1.0)
-        with self.assertWarns(DeprecationWarning):
-            self.assertEqual(lines.rows_left_out, 0)
-        with self.assertRaises(AttributeError):
-            new.no_such_field
-        self.assertFalse(new.may_be_wrong)
-
     def test_same_seed_same_result(self):
         first, again, other = self.essential(seed=5), self.essential(seed=5), self.essential(seed=6)
         np.testing.assert_array_equal(first.model, again.model)

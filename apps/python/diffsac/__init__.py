@@ -22,6 +22,7 @@ from typing import Any as _Any
 
 from . import _native
 from ._calls import explained as _explained
+from ._former_names import NAMES as _NAMES
 from ._results import AbsolutePoseEstimate, Degeneracy, Diagnostics, Estimate, EstimationStats, Focal, Horizon, MultiModelEstimate
 from ._results import Pose, PoseEstimate, RigidMotionEstimate, SimilarityEstimate, Status, TwoViewEstimate, UnknownFocalEstimate
 from ._results import VanishingFocal, VanishingPointsEstimate, Verdict
@@ -48,24 +49,11 @@ estimate_vanishing_points = _explained(_native.estimate_vanishing_points)
 
 __version__: str = _native.VERSION
 
-# Names of version 0.2; removed in 0.4.
-_RENAMED = {
-    "Cost": "EstimationStats",
-    "Estimates": "MultiModelEstimate",
-    "SharedFocalEstimate": "UnknownFocalEstimate",
-    "Translation": "Degeneracy",
-    **{
-        f"estimate_{kind}": f"estimate_multiple_{kind}"
-        for kind in ("absolute_poses", "essentials", "fundamentals", "homographies", "lines", "planes", "rigid_motions")
-    },
-}
-
-
 def __getattr__(name: str) -> _Any:
-    if name not in _RENAMED:
+    if name not in _NAMES:
         raise AttributeError(f"module 'diffsac' has no attribute '{name}'")
-    _warnings.warn(f"diffsac.{name} is diffsac.{_RENAMED[name]} since diffsac 0.3", DeprecationWarning, stacklevel=2)
-    return globals()[_RENAMED[name]]
+    _warnings.warn(f"diffsac.{name} is diffsac.{_NAMES[name]} since diffsac 0.3", DeprecationWarning, stacklevel=2)
+    return globals()[_NAMES[name]]
 
 
 __all__ = [

@@ -7,6 +7,8 @@ import re
 import warnings
 from typing import Any, Callable, Dict, Iterable, Mapping, ParamSpec, Tuple, TypeVar
 
+from ._former_names import KEYWORDS
+
 # What `help` says of each argument; pixels may be any unit, the same for all of a call.
 ARGUMENTS = {
     "x1": "N × 2, points of image 1 in pixels.",
@@ -43,14 +45,6 @@ ARGUMENTS = {
     "models_folder": "A folder of networks to use instead of the package's.",
     "seed": "Seed of the random samples, 0 or more: the same seed, the same result.",
 }
-# Names of version 0.2, which warn; removed in 0.4. A value of None stays None; what else they meant is said by the function.
-RENAMED: Dict[str, Tuple[str, Callable[[Any], Any]]] = {
-    "ratio": ("snn_ratio", lambda value: value),
-    "similarities": ("scale_rotation_changes", lambda value: value),
-    "max_residual_px": ("max_residual", lambda value: value or None),
-    "max_distance": ("max_residual", lambda value: value or None),
-    "use_network": ("guidance", lambda value: "network" if value else "none"),
-}
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -77,8 +71,8 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
 def renamed(kwargs: Mapping[str, Any], known: Iterable[str]) -> Dict[str, Any]:
     """The same arguments, those of 0.2 by their names of today, if these are among `known`, with a DeprecationWarning."""
     named = dict(kwargs)
-    for old in [key for key in named if key in RENAMED and key not in known]:
-        new, value_of = RENAMED[old]
+    for old in [key for key in named if key in KEYWORDS and key not in known]:
+        new, value_of = KEYWORDS[old]
         if new in known and new not in named:
             warnings.warn(f"{old} is {new} since diffsac 0.3", DeprecationWarning, stacklevel=3)
             named[new] = value_of(named.pop(old))

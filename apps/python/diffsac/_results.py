@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Optional, Tuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ._former_names import FIELDS
+
 Floats = NDArray[np.float64]
 
 
@@ -48,28 +50,10 @@ class Degeneracy(str, enum.Enum):
 class _Result:
     """Fields of version 0.2, which warn; removed in 0.4."""
 
-    _OLD = {
-        "noise_scale": "sigma",
-        "cost": "stats",
-        "log_false_alarms": "diagnostics.log10_nfa",
-        "rows_left_out": "diagnostics.num_nonfinite",
-        "repeated_rows": "diagnostics.num_duplicates",
-        "scores_ignored": "diagnostics.scores_ignored",
-        "error_probability": "diagnostics.error_probability",
-        "mirrored": "diagnostics.mirrored",
-        "share_behind": "diagnostics.cheirality_failure_ratio",
-        "translation": "diagnostics.degeneracy",
-        "other_pose": "ambiguous_pose",
-        "other_motion": "ambiguous_pose",
-        "motion": "pose",
-        "covariance": "pose_covariance",
-        "draws": "iterations",
-    }
-
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            new = _Result._OLD.get(name)
+            new = FIELDS.get(name)
             if new is None:
                 raise AttributeError(f"{type(self).__name__} has no field '{name}'")
             if "diagnostics" not in getattr(type(self), "__dataclass_fields__", {}):
