@@ -153,7 +153,7 @@ class PoseEstimate(Estimate):
     # Two views: the second camera in the first one's frame, |t| = 1, or t = 0 if it only rotated. Absolute poses: world to
     # camera. Registration: points2 = R points1 + t. None if it is not determined.
     pose: Optional[Pose]
-    pose_covariance: Optional[Floats]  # In the order (ω, t), similarities (ω, t, log s): R = exp([ω]×) R̂; or None.
+    pose_covariance: Optional[Floats]  # In the order (ω, t), with a scale (ω, t, log s): R = exp([ω]×) R̂; or None.
     ambiguous_pose: Optional[Pose]  # A second pose that explains the points nearly as well, or None.
 
     @property
