@@ -23,7 +23,7 @@ struct FocalPosterior {
   FocalPrior prior = {};     ///< What it started from.
   double correlation = 0.0;  ///< Of log f with that of the other image, in the interval's covariance.
 };
-double correlation = 0.0;  ///< Of log f with that of the other image, in the interval's covariance.
+
 /// Of either image; a calibrated one's is 1, observable, of a prior of width 0.
 using FocalPosteriors = std::array<FocalPosterior, 2>;
 
