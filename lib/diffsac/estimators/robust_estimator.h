@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -135,6 +136,10 @@ class RobustEstimator {
   virtual bool SearchesAgain() const { return false; }
   /// Nothing for estimators that don't learn.
   virtual std::optional<TrainingFacts> Training() const { return std::nullopt; }
+  /// Who searches where ratios or scores turn out to be worse than none: an estimator of matches without any, whose
+  /// network has not learned them. By default this one.
+  using Other = std::function<const RobustEstimator&()>;
+  void SetWithoutScores(Other other) { without_scores_ = std::move(other); }
 
  private:
   /// One search, of finite and distinct rows.
@@ -143,6 +148,8 @@ class RobustEstimator {
   virtual std::vector<Estimate> DoRunBatch(std::span<const SolverSpace> spaces,
                                            std::span<const std::uint64_t> seeds) const;
   Estimate Finish(const PreparedProblem& prepared, std::uint64_t seed, Estimate estimate) const;
+
+  Other without_scores_;
 };
 
 }  // namespace diffsac
