@@ -68,11 +68,11 @@ TEST_CASE("the functions of two views give the digits of the tables' rows") {
     const ImageOptions options = Seeded(network);
     Problem problem = ProblemOf(kViews + std::string("fundamental}"));
     problem.cameras.reset();
-    problem.inlier_threshold = 1.0;
+    SetThreshold(1.0, &problem);
     CheckSame(EstimateFundamental(MatchesOf(problem), options),
               Row("tables/learned_prosac_fundamental.yaml", name)->Run(problem, options.seed));
     problem = ProblemOf(kViews + std::string("essential}"));
-    problem.inlier_threshold = 1.0;
+    SetThreshold(1.0, &problem);
     const auto essential = EstimateEssential(MatchesOf(problem), *problem.cameras, options);
     const Estimate row_of_e = Row("tables/learned_prosac_essential.yaml", name)->Run(problem, options.seed);
     CheckSame(essential, row_of_e);
@@ -81,10 +81,32 @@ TEST_CASE("the functions of two views give the digits of the tables' rows") {
     CHECK(essential.pose_covariance == row_of_e.pose_covariance);
     problem = ProblemOf(kViews + std::string("homography}"));
     problem.cameras.reset();
-    problem.inlier_threshold = 3.0;
+    SetThreshold(3.0, &problem);
     const std::string row = network ? "learned_prosac" : "prosac_marginalised_confident";
     CheckSame(EstimateHomography(MatchesOf(problem), options),
               Row("tables/learned_homography.yaml", row)->Run(problem, options.seed));
+  }
+}
+
+TEST_CASE("functions tables and diffsac_pair agree to the bit") {
+  Problem problem = ProblemOf(kViews + std::string("essential}"));
+  ImageOptions options = Seeded(true);
+  for (const double threshold : {0.25, 4.0, 40.0}) {
+    CAPTURE(threshold);
+    options.max_residual = threshold;
+    SetThreshold(threshold, &problem);
+    for (const bool reversed : {false, true}) {
+      if (reversed) problem.match_ratio = 1.0 - problem.match_ratio.array();
+      const auto result = EstimateEssential(MatchesOf(problem), *problem.cameras, options);
+      for (const char* config : {"tables/learned_prosac_essential.yaml", "pair/essential.yaml"}) {
+        const Estimate row = Row(config, "learned_prosac")->Run(problem, options.seed);
+        CheckSame(result, row);
+        CHECK(result.diagnostics.scores_ignored == row.scores_ignored);
+        CHECK(result.pose->rotation == row.pose->rotation);
+        CHECK(result.pose_covariance == row.pose_covariance);
+      }
+    }
+    problem.match_ratio = 1.0 - problem.match_ratio.array();
   }
 }
 
