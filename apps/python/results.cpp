@@ -75,6 +75,14 @@ nb::object FocalOf(const FocalEstimate& focal) {
 /// From 0, as Python counts.
 nb::object PlacesOf(const std::vector<int>& places) { return nb::tuple(Array(VectorOf(places)).attr("tolist")()); }
 
+nb::object ConflictOf(const FocalConflict& conflict) {
+  nb::dict fields;
+  for (const auto& [name, values] : {std::pair("said_px", conflict.said_px), std::pair("found_px", conflict.found_px),
+                                     std::pair("low_px", conflict.low_px), std::pair("high_px", conflict.high_px)})
+    fields[name] = std::pair(values[0], values[1]);
+  return Make("FocalConflict", fields);
+}
+
 nb::object VanishingFocalOf(const VanishingFocal& focal) {
   nb::dict fields;
   fields["focal_px"] = focal.focal_px;
@@ -126,6 +134,7 @@ nb::dict TwoViewFieldsOf(const TwoViewEstimate& estimate) {
   fields["translation"] = ClassOf("Translation")(ToString(estimate.translation));
   fields["mirrored"] = estimate.mirrored;
   fields["error_probability"] = estimate.error_probability;
+  fields["focal_conflict"] = estimate.focal_conflict ? ConflictOf(*estimate.focal_conflict) : nb::none();
   fields["share_behind"] = estimate.share_behind;
   fields["other_pose"] = estimate.other_pose ? PoseOf(*estimate.other_pose) : nb::none();
   return fields;

@@ -179,8 +179,11 @@ struct TwoViewEstimate : ModelEstimate<Eigen::Matrix3d> {
   /// E and F: how likely R or t is off by more than 10°, as learned on photographs (estimators/error_probability.h);
   /// NaN for others.
   double error_probability = std::numeric_limits<double>::quiet_NaN();
+  /// E and unknown focal lengths: where the matches contradict the focal lengths of K1 and K2, or the prior, what
+  /// either says. There is no pose_covariance, and no focal length is observable, then.
+  std::optional<FocalConflict> focal_conflict = {};
   /// Whether results like this are wrong too often to rely on.
-  bool may_be_wrong() const { return may_be_chance() || error_probability > kLikelyWrong; }
+  bool may_be_wrong() const { return may_be_chance() || error_probability > kLikelyWrong || focal_conflict; }
   /// E: of the matches that fit, the share that lies behind a camera. They are no inliers. Where it is beyond
   /// kMostBehind (an image is mirrored, say) the result may be chance.
   double share_behind = 0.0;

@@ -20,7 +20,8 @@ import os as _os
 
 from . import _native
 from ._calls import explained as _explained
-from ._results import AbsolutePoseEstimate, Cost, Estimate, Estimates, Focal, Horizon, Pose, RigidMotionEstimate
+from ._results import AbsolutePoseEstimate, Cost, Estimate, Estimates, Focal, FocalConflict, Horizon, Pose
+from ._results import RigidMotionEstimate
 from ._results import SharedFocalEstimate, SimilarityEstimate, Status, Translation, TwoViewEstimate, VanishingFocal
 from ._results import VanishingPointsEstimate
 
@@ -53,6 +54,7 @@ __all__ = [
     "Estimate",
     "Estimates",
     "Focal",
+    "FocalConflict",
     "Horizon",
     "Pose",
     "RigidMotionEstimate",

@@ -66,6 +66,16 @@ class Focal:
 
 
 @dataclass(frozen=True, eq=False)
+class FocalConflict:
+    """Focal lengths of the two images, in pixels, that contradict the matches."""
+
+    said_px: Tuple[float, float]  # By a calibration, or the likeliest of the prior.
+    found_px: Tuple[float, float]  # By the matches alone.
+    low_px: Tuple[float, float]  # From `low_px` to `high_px`: 68 % of these.
+    high_px: Tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
 class Estimate:
     """One model. Lines and planes: coefficients; two views: 3 × 3; absolute poses: [R | t], 3 × 4."""
 
@@ -102,13 +112,14 @@ class TwoViewEstimate(Estimate):
     translation: Translation
     mirrored: bool  # Whether the matches fit the mirror image of the second photograph; the result may be chance then.
     error_probability: float  # E and F: how likely R or t is off by more than 10°, learned on photographs; else NaN.
+    focal_conflict: Optional[FocalConflict]  # E, unknown focal lengths: where the matches contradict K or the prior.
     share_behind: float  # E: of the matches that fit, the share behind a camera, which are no inliers.
     other_pose: Optional[Pose]  # Of matches on one plane: another motion that explains them as well; else None.
 
     @property
     def may_be_wrong(self) -> bool:
         """Whether results like this are wrong too often to rely on."""
-        return self.may_be_chance or self.error_probability > 0.5
+        return self.may_be_chance or self.error_probability > 0.5 or self.focal_conflict is not None
 
 
 @dataclass(frozen=True, eq=False)

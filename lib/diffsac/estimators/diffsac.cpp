@@ -192,6 +192,7 @@ TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
   result.other_pose = estimate.other_pose;
   result.translation = estimate.translation;
   result.error_probability = estimate.error_probability;
+  result.focal_conflict = estimate.focal_conflict;
   result.mirrored = estimate.mirrored;
   result.share_behind = estimate.share_behind;
   Take(std::move(estimate), &result);
@@ -206,6 +207,7 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions
   result.focal = estimate.focal;
   result.translation = estimate.translation;
   result.error_probability = estimate.error_probability;
+  result.focal_conflict = estimate.focal_conflict;
   result.mirrored = estimate.mirrored;
   result.share_behind = estimate.share_behind;
   if (estimate.status == Status::kOk) {
@@ -218,12 +220,24 @@ SharedFocalEstimate UnknownFocalViews(const Problem& problem, const ImageOptions
   return result;
 }
 
+/// What no lens has sees 180 degrees, or nothing.
+void RequireOfCamera(const std::optional<FocalPrior>& prior, const ImageSize& size, const std::string& name) {
+  constexpr double kLeast = 0.1, kMost = 100.0;
+  if (!prior || !size.known()) return;
+  const double longer = std::max(size.width, size.height), share = prior->focal / longer;
+  Require(share >= kLeast && share <= kMost, name + ".focal",
+          "pixels, from " + std::to_string(kLeast * longer) + " to " + std::to_string(kMost * longer) +
+              " of an image of this size");
+}
+
 Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& options) {
   Problem problem = ProblemOf(task, matches, ResidualOr(options, task, matches));
   problem.hint1.principal_point = options.principal_point1;
   problem.hint2.principal_point = options.principal_point2;
   problem.hint1.focal = options.prior;
   problem.hint2.focal = options.prior2 ? options.prior2 : options.prior;
+  RequireOfCamera(problem.hint1.focal, problem.size1, "prior");
+  RequireOfCamera(problem.hint2.focal, problem.size2, options.prior2 ? "prior2" : "prior");
   // Of one unknown focal length, the second image's, K1 says all of the first.
   const bool both = task != Task::kOneFocal;
   Require(!both || options.principal_point1.has_value() || problem.size1.known(), "size1",

@@ -6,6 +6,7 @@
 
 #include "diffsac/consensus/scores/false_alarms.h"
 #include "diffsac/estimators/error_probability.h"
+#include "diffsac/estimators/focal_conflict.h"
 #include "diffsac/estimators/point_rows.h"
 #include "diffsac/estimators/posteriors.h"
 #include "diffsac/estimators/static_overlay.h"
@@ -148,6 +149,7 @@ void Diagnose(const Problem& problem, Estimate* estimate) {
     estimate->share_behind = 0.0;
   }
   TellOtherPose(problem, estimate);
+  if (!IsUndetermined(estimate->translation)) TellFocalConflict(problem, estimate);
 }
 
 /// What every estimate of usable rows says, whatever found it.

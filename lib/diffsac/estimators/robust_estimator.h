@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "diffsac/geometry/focal_conflict.h"
 #include "diffsac/problem/problem.h"
 
 namespace diffsac {
@@ -52,6 +53,8 @@ struct Estimate {
   std::optional<Eigen::Matrix3d> turn = {};
   /// Two views of unknown focal length: what became of it.
   std::optional<FocalEstimate> focal = {};
+  /// Two views: where the focal lengths that were given, or a prior of them, contradict the matches (focal_conflict.h).
+  std::optional<FocalConflict> focal_conflict = {};
   /// Of the motion that PoseOfEstimate says, 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the frame of
   /// the (second) camera; t in units of its length (two views: of rank 5) or of the scene (absolute pose). Absent where
   /// a focal length is unknown (docs/estimates.md), for other tasks, for methods that end without a refinement, and
@@ -92,7 +95,7 @@ struct Estimate {
   /// Whether points without any structure would give a model like this: it is better not relied upon.
   bool MayBeChance() const { return log_false_alarms > 0.0; }
   /// Whether models like this are wrong too often to rely on.
-  bool MayBeWrong() const { return MayBeChance() || error_probability > kLikelyWrong; }
+  bool MayBeWrong() const { return MayBeChance() || error_probability > kLikelyWrong || focal_conflict; }
 };
 
 /// PoseOfEstimate of its model; the turn, with t = 0, of a camera that only turned or stood still; of a homography or a

@@ -55,6 +55,16 @@ std::string FocalText(const Problem& problem, const FocalEstimate& focal) {
   return shared ? text("f", 0) : text("f1", 0) + text("f2", 1);
 }
 
+std::string ConflictText(const FocalConflict& conflict) {
+  const bool one = conflict.said_px[0] == conflict.said_px[1] && conflict.found_px[0] == conflict.found_px[1];
+  const auto both = [&](const std::array<double, 2>& values) {
+    return PixelText(values[0]) + (one ? "" : " and " + PixelText(values[1]));
+  };
+  return "  the matches contradict what is known of the focal length: " + both(conflict.said_px) + " px by that, " +
+         both(conflict.found_px) + " px (68 % from " + both(conflict.low_px) + " to " + both(conflict.high_px) +
+         ") by the matches: another zoom, size, unit or crop; R and t may be wrong\n";
+}
+
 std::string PoseText(const RigidMotion& pose) {
   return RotationText(pose.rotation) + Format("  t =  (%.6f, %.6f, %.6f), of unknown length; x2 = R x1 + t\n",
                                               pose.translation[0], pose.translation[1], pose.translation[2]);
@@ -171,6 +181,13 @@ Json FocalJson(const Problem& problem, const FocalEstimate& focal) {
           {"source", {ToString(SourceOf(problem, focal, 0)), ToString(SourceOf(problem, focal, 1))}}};
 }
 
+Json ConflictJson(const FocalConflict& conflict) {
+  return {{"said_px", conflict.said_px},
+          {"found_px", conflict.found_px},
+          {"low_px", conflict.low_px},
+          {"high_px", conflict.high_px}};
+}
+
 Json SizeJson(const ImageSize& size) { return size.known() ? Json({size.width, size.height}) : Json(nullptr); }
 
 /// Of the calibration; where the focal length is looked for, the image's middle.
@@ -221,7 +238,8 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   text += "\n";
   if (estimate.mirrored)
     text += "  the matches fit the mirror image of the second photograph: one of the two is mirrored\n";
-  if (!estimate.MayBeChance() && estimate.MayBeWrong())
+  if (estimate.focal_conflict) text += ConflictText(*estimate.focal_conflict);
+  if (!estimate.MayBeChance() && estimate.error_probability > kLikelyWrong)
     text += Format("  may be wrong: of results like this %.0f %% are off by more than 10 degrees\n",
                    100.0 * estimate.error_probability);
   const bool determined = !IsUndetermined(estimate.translation);
@@ -275,44 +293,46 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
   Json model = Json::array();
   for (Eigen::Index i = 0; i < record.model.size(); ++i) model.push_back(record.model[i]);
   const std::optional<CameraPair>& cameras = pair.problem.cameras;
-  const Json json = {{"pair", pair.id},
-                     {"image1", run.image1},
-                     {"image2", run.image2},
-                     {"method", run.method},
-                     {"seed", run.seed},
-                     {"size1", SizeJson(pair.problem.size1)},
-                     {"size2", SizeJson(pair.problem.size2)},
-                     {"principal_point1", PrincipalPointJson(pair.problem, pair.problem.size1, &CameraPair::K1)},
-                     {"principal_point2", PrincipalPointJson(pair.problem, pair.problem.size2, &CameraPair::K2)},
-                     {"K1", cameras ? MatrixJson(cameras->K1) : Json(nullptr)},
-                     {"K2", cameras ? MatrixJson(cameras->K2) : Json(nullptr)},
-                     {"task", ToString(pair.problem.task)},
-                     {"status", std::string(ToString(record.status))},
-                     {"may_be_chance", estimate.MayBeChance()},
-                     {"log_false_alarms", FiniteJson(record.log_false_alarms)},
-                     {"mirrored", estimate.mirrored},
-                     {"error_probability", FiniteJson(estimate.error_probability)},
-                     {"model", model},
-                     {"pose", PoseJson(record.pose)},
-                     {"other_pose", PoseJson(record.other_pose)},
-                     {"translation", ToString(record.translation)},
-                     {"pose_covariance", record.pose_covariance ? MatrixJson(*record.pose_covariance) : Json(nullptr)},
-                     {"share_behind", record.share_behind},
-                     {"focal", record.focal ? FocalJson(pair.problem, *record.focal) : Json(nullptr)},
-                     {"matches", record.points},
-                     {"inliers", record.inlier_rows},
-                     {"rows_left_out", estimate.rows_left_out},
-                     {"repeated_rows", estimate.repeated_rows},
-                     {"scores_ignored", estimate.scores_ignored},
-                     {"noise_scale_px", FiniteJson(record.noise_scale)},
-                     {"ms",
-                      {{"keypoints", times.keypoints},
-                       {"matching", times.matching},
-                       {"features", report.ms_features},
-                       {"network", report.ms_network},
-                       {"consensus", report.ms_consensus},
-                       {"estimate", report.ms_total}}},
-                     {"correspondences", CorrespondencesJson(pair.problem)}};
+  const Json json = {
+      {"pair", pair.id},
+      {"image1", run.image1},
+      {"image2", run.image2},
+      {"method", run.method},
+      {"seed", run.seed},
+      {"size1", SizeJson(pair.problem.size1)},
+      {"size2", SizeJson(pair.problem.size2)},
+      {"principal_point1", PrincipalPointJson(pair.problem, pair.problem.size1, &CameraPair::K1)},
+      {"principal_point2", PrincipalPointJson(pair.problem, pair.problem.size2, &CameraPair::K2)},
+      {"K1", cameras ? MatrixJson(cameras->K1) : Json(nullptr)},
+      {"K2", cameras ? MatrixJson(cameras->K2) : Json(nullptr)},
+      {"task", ToString(pair.problem.task)},
+      {"status", std::string(ToString(record.status))},
+      {"may_be_chance", estimate.MayBeChance()},
+      {"log_false_alarms", FiniteJson(record.log_false_alarms)},
+      {"mirrored", estimate.mirrored},
+      {"error_probability", FiniteJson(estimate.error_probability)},
+      {"model", model},
+      {"pose", PoseJson(record.pose)},
+      {"other_pose", PoseJson(record.other_pose)},
+      {"translation", ToString(record.translation)},
+      {"pose_covariance", record.pose_covariance ? MatrixJson(*record.pose_covariance) : Json(nullptr)},
+      {"share_behind", record.share_behind},
+      {"focal_conflict", estimate.focal_conflict ? ConflictJson(*estimate.focal_conflict) : Json(nullptr)},
+      {"focal", record.focal ? FocalJson(pair.problem, *record.focal) : Json(nullptr)},
+      {"matches", record.points},
+      {"inliers", record.inlier_rows},
+      {"rows_left_out", estimate.rows_left_out},
+      {"repeated_rows", estimate.repeated_rows},
+      {"scores_ignored", estimate.scores_ignored},
+      {"noise_scale_px", FiniteJson(record.noise_scale)},
+      {"ms",
+       {{"keypoints", times.keypoints},
+        {"matching", times.matching},
+        {"features", report.ms_features},
+        {"network", report.ms_network},
+        {"consensus", report.ms_consensus},
+        {"estimate", report.ms_total}}},
+      {"correspondences", CorrespondencesJson(pair.problem)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
