@@ -181,11 +181,12 @@ Json FocalJson(const Problem& problem, const FocalEstimate& focal) {
           {"source", {ToString(SourceOf(problem, focal, 0)), ToString(SourceOf(problem, focal, 1))}}};
 }
 
-Json ConflictJson(const FocalConflict& conflict) {
-  return {{"said_px", conflict.said_px},
-          {"found_px", conflict.found_px},
-          {"low_px", conflict.low_px},
-          {"high_px", conflict.high_px}};
+Json ConflictJson(const std::optional<FocalConflict>& conflict) {
+  if (!conflict) return nullptr;
+  return {{"said_px", conflict->said_px},
+          {"found_px", conflict->found_px},
+          {"low_px", conflict->low_px},
+          {"high_px", conflict->high_px}};
 }
 
 Json SizeJson(const ImageSize& size) { return size.known() ? Json({size.width, size.height}) : Json(nullptr); }
@@ -293,46 +294,45 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
   Json model = Json::array();
   for (Eigen::Index i = 0; i < record.model.size(); ++i) model.push_back(record.model[i]);
   const std::optional<CameraPair>& cameras = pair.problem.cameras;
-  const Json json = {
-      {"pair", pair.id},
-      {"image1", run.image1},
-      {"image2", run.image2},
-      {"method", run.method},
-      {"seed", run.seed},
-      {"size1", SizeJson(pair.problem.size1)},
-      {"size2", SizeJson(pair.problem.size2)},
-      {"principal_point1", PrincipalPointJson(pair.problem, pair.problem.size1, &CameraPair::K1)},
-      {"principal_point2", PrincipalPointJson(pair.problem, pair.problem.size2, &CameraPair::K2)},
-      {"K1", cameras ? MatrixJson(cameras->K1) : Json(nullptr)},
-      {"K2", cameras ? MatrixJson(cameras->K2) : Json(nullptr)},
-      {"task", ToString(pair.problem.task)},
-      {"status", std::string(ToString(record.status))},
-      {"may_be_chance", estimate.MayBeChance()},
-      {"log_false_alarms", FiniteJson(record.log_false_alarms)},
-      {"mirrored", estimate.mirrored},
-      {"error_probability", FiniteJson(estimate.error_probability)},
-      {"model", model},
-      {"pose", PoseJson(record.pose)},
-      {"other_pose", PoseJson(record.other_pose)},
-      {"translation", ToString(record.translation)},
-      {"pose_covariance", record.pose_covariance ? MatrixJson(*record.pose_covariance) : Json(nullptr)},
-      {"share_behind", record.share_behind},
-      {"focal_conflict", estimate.focal_conflict ? ConflictJson(*estimate.focal_conflict) : Json(nullptr)},
-      {"focal", record.focal ? FocalJson(pair.problem, *record.focal) : Json(nullptr)},
-      {"matches", record.points},
-      {"inliers", record.inlier_rows},
-      {"rows_left_out", estimate.rows_left_out},
-      {"repeated_rows", estimate.repeated_rows},
-      {"scores_ignored", estimate.scores_ignored},
-      {"noise_scale_px", FiniteJson(record.noise_scale)},
-      {"ms",
-       {{"keypoints", times.keypoints},
-        {"matching", times.matching},
-        {"features", report.ms_features},
-        {"network", report.ms_network},
-        {"consensus", report.ms_consensus},
-        {"estimate", report.ms_total}}},
-      {"correspondences", CorrespondencesJson(pair.problem)}};
+  const Json json = {{"pair", pair.id},
+                     {"image1", run.image1},
+                     {"image2", run.image2},
+                     {"method", run.method},
+                     {"seed", run.seed},
+                     {"size1", SizeJson(pair.problem.size1)},
+                     {"size2", SizeJson(pair.problem.size2)},
+                     {"principal_point1", PrincipalPointJson(pair.problem, pair.problem.size1, &CameraPair::K1)},
+                     {"principal_point2", PrincipalPointJson(pair.problem, pair.problem.size2, &CameraPair::K2)},
+                     {"K1", cameras ? MatrixJson(cameras->K1) : Json(nullptr)},
+                     {"K2", cameras ? MatrixJson(cameras->K2) : Json(nullptr)},
+                     {"task", ToString(pair.problem.task)},
+                     {"status", std::string(ToString(record.status))},
+                     {"may_be_chance", estimate.MayBeChance()},
+                     {"log_false_alarms", FiniteJson(record.log_false_alarms)},
+                     {"mirrored", estimate.mirrored},
+                     {"error_probability", FiniteJson(estimate.error_probability)},
+                     {"model", model},
+                     {"pose", PoseJson(record.pose)},
+                     {"other_pose", PoseJson(record.other_pose)},
+                     {"translation", ToString(record.translation)},
+                     {"pose_covariance", record.pose_covariance ? MatrixJson(*record.pose_covariance) : Json(nullptr)},
+                     {"share_behind", record.share_behind},
+                     {"focal_conflict", ConflictJson(estimate.focal_conflict)},
+                     {"focal", record.focal ? FocalJson(pair.problem, *record.focal) : Json(nullptr)},
+                     {"matches", record.points},
+                     {"inliers", record.inlier_rows},
+                     {"rows_left_out", estimate.rows_left_out},
+                     {"repeated_rows", estimate.repeated_rows},
+                     {"scores_ignored", estimate.scores_ignored},
+                     {"noise_scale_px", FiniteJson(record.noise_scale)},
+                     {"ms",
+                      {{"keypoints", times.keypoints},
+                       {"matching", times.matching},
+                       {"features", report.ms_features},
+                       {"network", report.ms_network},
+                       {"consensus", report.ms_consensus},
+                       {"estimate", report.ms_total}}},
+                     {"correspondences", CorrespondencesJson(pair.problem)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -17,7 +17,7 @@ namespace diffsac {
 namespace {
 
 /// Principal points that are off and lenses are the same in all pairs of a camera, so that many pairs know f no better.
-constexpr double kLeastLogSigma = 0.02;
+constexpr double kLeastLogSigma = kIntervalFloor;
 /// How many times the variance is that pairs say: the least one with which half of them agree is taken.
 constexpr double kTimes[] = {1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0};
 constexpr double kLeastPairSigma = 0.01;  // Of log f, of what a pair says.
@@ -70,7 +70,7 @@ std::optional<Say> SayOf(const FocalEstimate& focal, const std::array<int, 2>& c
 /// Whether two images are of one camera: log of the odds that the ratio of their lengths gives, of lengths that are
 /// equal or that of two zooms. A pair may be wrong.
 double LogOddsOfOne(const Say& say) {
-  constexpr double kZoom = 0.3, kSame = 0.03, kWrong = 0.1, kAnything = 1.0;
+  constexpr double kZoom = 0.3, kSame = 0.03, kWrong = 0.3, kAnything = 1.0;
   const double difference = say.mean[0] - say.mean[1];
   const double variance = say.covariance(0, 0) + say.covariance(1, 1) - 2.0 * say.covariance(0, 1);
   const auto density = [&](double more) {
