@@ -52,6 +52,14 @@ nb::object DegeneracyOf(Degeneracy degeneracy) {
   return ClassOf("Degeneracy")(degeneracy == Degeneracy::kTurn ? "pure_rotation" : ToString(degeneracy));
 }
 
+nb::object ConflictOf(const FocalConflict& conflict) {
+  nb::dict fields;
+  for (const auto& [name, values] : {std::pair("said_px", conflict.said_px), std::pair("found_px", conflict.found_px),
+                                     std::pair("low_px", conflict.low_px), std::pair("high_px", conflict.high_px)})
+    fields[name] = std::pair(values[0], values[1]);
+  return Make("FocalConflict", fields);
+}
+
 nb::object DiagnosticsOf(const Diagnostics& diagnostics) {
   nb::dict fields;
   fields["log10_nfa"] = diagnostics.log10_nfa;
@@ -59,6 +67,7 @@ nb::object DiagnosticsOf(const Diagnostics& diagnostics) {
   fields["degeneracy"] = DegeneracyOf(diagnostics.degeneracy);
   fields["cheirality_failure_ratio"] = diagnostics.cheirality_failure_ratio;
   fields["mirrored"] = diagnostics.mirrored;
+  fields["focal_conflict"] = diagnostics.focal_conflict ? ConflictOf(*diagnostics.focal_conflict) : nb::none();
   fields["scores_ignored"] = diagnostics.scores_ignored;
   fields["num_nonfinite"] = diagnostics.num_nonfinite;
   fields["num_duplicates"] = diagnostics.num_duplicates;

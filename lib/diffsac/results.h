@@ -25,7 +25,9 @@ using EstimationStats = EstimateReport;  ///< Iterations, hypotheses and millise
 enum class Verdict {
   kFailed,        ///< "failed": no model; Status says why.
   kUnsupported,   ///< "unsupported": no more inliers than unrelated points would give. Do not use it.
-  kUnreliable,    ///< "unreliable": E, F: more often wrong than right, by more than 10° in R or t.
+  /// "unreliable": E, F: more often wrong than right, by more than 10° in R or t; or the matches contradict the focal
+  /// lengths that were given (Diagnostics::focal_conflict).
+  kUnreliable,
   kRotationOnly,  ///< "rotation_only": the camera only rotated, or did not move: R is right, t is 0.
   kPlanar,        ///< "planar": the inliers lie on one plane (F) or line: they are right, the model is one of many.
   kAmbiguous,     ///< "ambiguous": two poses explain the inliers, `pose` and `ambiguous_pose`.
@@ -54,6 +56,8 @@ struct Diagnostics {
   /// mirrored image, say) log10_nfa is infinite.
   double cheirality_failure_ratio = 0.0;
   bool mirrored = false;  ///< Two views: the matches fit the mirror image of the second one; log10_nfa is infinite.
+  /// E, unknown focal lengths: the matches contradict K1 and K2, or the prior; both values. The verdict is kUnreliable.
+  std::optional<FocalConflict> focal_conflict = {};
   /// Ratios or scores were not used because right matches do not have the better ones, or because only a search without
   /// them found a model.
   bool scores_ignored = false;

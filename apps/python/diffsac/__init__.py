@@ -23,8 +23,8 @@ from typing import Any as _Any
 from . import _native
 from ._calls import explained as _explained
 from ._former_names import NAMES as _NAMES
-from ._results import AbsolutePoseEstimate, Degeneracy, Diagnostics, Estimate, EstimationStats, Focal, Horizon, MultiModelEstimate
-from ._results import Pose, PoseEstimate, RigidMotionEstimate, SimilarityEstimate, Status, TwoViewEstimate, UnknownFocalEstimate
+from ._results import AbsolutePoseEstimate, Degeneracy, Diagnostics, Estimate, EstimationStats, Focal, FocalConflict, Horizon
+from ._results import MultiModelEstimate, Pose, PoseEstimate, RigidMotionEstimate, SimilarityEstimate, Status, TwoViewEstimate, UnknownFocalEstimate
 from ._results import VanishingFocal, VanishingPointsEstimate, Verdict
 
 estimate_absolute_pose = _explained(_native.estimate_absolute_pose)
@@ -63,6 +63,7 @@ __all__ = [
     "Estimate",
     "EstimationStats",
     "Focal",
+    "FocalConflict",
     "Horizon",
     "MultiModelEstimate",
     "Pose",

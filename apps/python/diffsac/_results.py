@@ -77,6 +77,16 @@ class EstimationStats(_Result):
 
 
 @dataclass(frozen=True, eq=False)
+class FocalConflict:
+    """Focal lengths of the two images, in pixels, that contradict the matches."""
+
+    said_px: Tuple[float, float]  # By a calibration, or the median of the prior.
+    found_px: Tuple[float, float]  # By the matches alone.
+    low_px: Tuple[float, float]  # From `low_px` to `high_px`: 68 % of these.
+    high_px: Tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
 class Diagnostics:
     """The numbers behind a verdict."""
 
@@ -85,6 +95,8 @@ class Diagnostics:
     degeneracy: Degeneracy
     cheirality_failure_ratio: float  # E, absolute poses: share of fitting points behind a camera, which are no inliers.
     mirrored: bool  # The matches fit the mirror image of the second photograph; the result is UNSUPPORTED then.
+    # E, unknown focal lengths: the matches contradict K1 and K2, or the prior. The result is UNRELIABLE then.
+    focal_conflict: Optional[FocalConflict]
     scores_ignored: bool  # Ratios or scores were not used: right matches do not have the better ones.
     num_nonfinite: int  # Rows with a non-finite or masked value, which are dropped.
     num_duplicates: int  # Rows that equal another one. Everything but `num_inliers` counts them once.

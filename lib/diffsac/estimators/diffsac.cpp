@@ -43,6 +43,7 @@ Diagnostics DiagnosticsOf(const Estimate& estimate) {
   diagnostics.degeneracy = estimate.translation;
   diagnostics.cheirality_failure_ratio = estimate.share_behind;
   diagnostics.mirrored = estimate.mirrored;
+  diagnostics.focal_conflict = estimate.focal_conflict;
   diagnostics.scores_ignored = estimate.scores_ignored;
   diagnostics.num_nonfinite = estimate.rows_left_out;
   diagnostics.num_duplicates = estimate.repeated_rows;

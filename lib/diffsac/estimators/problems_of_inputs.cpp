@@ -169,6 +169,20 @@ Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, cons
   return problem;
 }
 
+namespace {
+
+/// No lens is as short or as long.
+void RequireOfCamera(const std::optional<FocalPrior>& prior, const ImageSize& size, const std::string& name) {
+  constexpr double kLeast = 0.1, kMost = 100.0;
+  if (!prior || !size.known()) return;
+  const double longer = std::max(size.width, size.height), share = prior->focal / longer;
+  Require(share >= kLeast && share <= kMost, name + ".focal",
+          "pixels, from " + std::to_string(kLeast * longer) + " to " + std::to_string(kMost * longer) +
+              " of an image of this size");
+}
+
+}  // namespace
+
 Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& options, const Eigen::Matrix3d* K1) {
   Require(!options.principal_point1 || options.principal_point1->allFinite(), "principal_point1", "finite pixels");
   Require(!options.principal_point2 || options.principal_point2->allFinite(), "principal_point2", "finite pixels");
@@ -181,6 +195,8 @@ Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& opti
   problem.hint2.principal_point = options.principal_point2;
   problem.hint1.focal = options.prior;
   problem.hint2.focal = options.prior2 ? options.prior2 : options.prior;
+  RequireOfCamera(problem.hint1.focal, problem.size1, "prior");
+  RequireOfCamera(problem.hint2.focal, problem.size2, options.prior2 ? "prior2" : "prior");
   if (K1 != nullptr) problem.hint1.K = CheckedCalibration(*K1, "K1");
   // K1 says all of the first image.
   Require(K1 != nullptr || options.principal_point1.has_value() || problem.size1.known(), "size1",

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "diffsac/geometry/focal_conflict.h"
 #include "diffsac/problem/prepared_problem.h"
 #include "diffsac/problem/problem.h"
 
@@ -62,6 +63,8 @@ struct Estimate {
   std::optional<RigidMotion> pose = {};
   /// Two views of unknown focal length: what became of it.
   std::optional<FocalEstimate> focal = {};
+  /// Two views: where the focal lengths that were given, or a prior of them, contradict the matches (focal_conflict.h).
+  std::optional<FocalConflict> focal_conflict = {};
   /// Of `pose`, 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the frame of
   /// the (second) camera; t in units of its length (two views: of rank 5) or of the scene (absolute pose). Absent where
   /// a focal length is unknown (docs/estimates.md), for other tasks, for methods that end without a refinement, and
@@ -105,7 +108,7 @@ struct Estimate {
   /// cameras.
   bool IsSure() const { return status == Status::kOk && !MayBeChance() && share_behind <= kMostBehind; }
   /// Whether models like this are wrong too often to rely on.
-  bool MayBeWrong() const { return MayBeChance() || error_probability > kLikelyWrong; }
+  bool MayBeWrong() const { return MayBeChance() || error_probability > kLikelyWrong || focal_conflict; }
 };
 
 /// What a learned estimator's network was made by.
