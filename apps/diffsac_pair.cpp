@@ -237,6 +237,14 @@ void WarnOfZoom(const Problem& problem) {
              " pixels, and shared_focal takes one for both images: --task two_focals takes both");
 }
 
+/// The same of a folder.
+void SaySeveralCameras(const PhotographCameras& cameras) {
+  if (cameras.AreDivided())
+    std::cout
+        << "images of one size are taken as of several cameras, for neither EXIF data nor the matches say that it "
+           "is one: if it is, --same-camera is surer\n";
+}
+
 /// Who knows better than EXIF data has something to gain.
 void SayTwoCameras(const Request& request, const std::string& task, const Problem& problem) {
   const auto sides = [](const ImageSize& size) { return std::minmax(size.width, size.height); };
@@ -436,6 +444,7 @@ int RunMany(const Request& request) {
                " pairs that their focal lengths differ, and shared_focal takes one for both images: --task two_focals "
                "takes both");
   const int status = StatusOf(pairs);
+  if (FindsFocals(experiment.task)) SaySeveralCameras(unknown);
   WritePhotographResults(photographs, store, unknown, std::move(pairs), experiment, threshold_px, request.output,
                          std::cout);
   if (done < asked || !settled)

@@ -32,7 +32,7 @@ struct Request {
   Task task = Task::kRigid;
   double voxel = 0.0;
   bool overwrite = false, several = false;
-  CloudOptions options;
+  RegistrationOptions options;
 };
 
 void AddOptions(CLI::App* app, Request* request) {
@@ -50,7 +50,7 @@ void AddOptions(CLI::App* app, Request* request) {
                   "Clouds are thinned out to one point in cubes of this side, in their unit (default: twice their "
                   "resolution, or as much as leaves 10 000 points)")
       ->check(NumberAbove(0));
-  app->add_option("--max-distance", request->options.max_distance,
+  app->add_option("--max-distance", request->options.max_residual,
                   "The greatest distance of an inlier, in the second cloud's unit (default: twice the voxel; of "
                   "--from-matches twice the resolution of the second cloud's matched points)")
       ->check(NumberAbove(0));
@@ -66,9 +66,9 @@ void AddOptions(CLI::App* app, Request* request) {
 }
 
 void WarnOf(const RigidMotionEstimate& estimate) {
-  if (estimate.ambiguous())
+  if (estimate.ambiguous_pose)
     LogWarning("another motion explains hardly fewer matches: the thing may be symmetric, or repeat itself");
-  if (estimate.may_be_chance())
+  if (estimate.verdict == Verdict::kUnsupported)
     LogWarning("no more inliers than matches of unlike clouds would give: they may share nothing");
 }
 
@@ -77,18 +77,18 @@ int RunMatches(const CLI::App& app, const Request& request) {
     if (app.count(option) > 0) throw Error(std::string(option) + " is for clouds, not for --from-matches");
   if (request.several && request.task != Task::kRigid) throw Error("--several is for --task rigid");
   RefuseInputsAsOutputs({request.json}, {request.matches});
-  const CloudMatches matches = ReadCloudMatches(request.matches);
+  const Matches3D3D matches = ReadCloudMatches(request.matches);
   const auto write = [&](const std::string& json) {
     if (!request.json.empty()) WriteFileAtomically(request.json, json);
   };
   if (request.several) {
-    const auto found = EstimateRigidMotions(matches, request.options);
+    const auto found = EstimateMultipleRigidMotions(matches, request.options);
     std::cout << MotionsText(found) << std::flush;
     write(MotionsJson(request.matches, found));
     return found.ok() ? kExitOk : kExitNoModel;
   }
   const MatchedMotion found = EstimateMatched(request.task, matches, request.options);
-  std::cout << MotionText(found, found.estimate.motion) << std::flush;
+  std::cout << MotionText(found, found.estimate.pose.value_or(RigidMotion())) << std::flush;
   write(MatchedJson(request.matches, found));
   if (!found.estimate.ok()) return kExitNoModel;
   WarnOf(found.estimate);
@@ -101,7 +101,8 @@ int RunMatches(const CLI::App& app, const Request& request) {
 ScanPlan PlanOf(Request* request, const std::vector<std::string>& paths) {
   ScanPlan plan = PlanScans(paths);
   if (request->voxel > 0.0) plan.voxel = request->voxel;
-  if (!(request->options.max_distance > 0.0)) request->options.max_distance = plan.voxel > 0.0 ? 2.0 * plan.voxel : 1.0;
+  std::optional<double>& most = request->options.max_residual;
+  if (!most) most = plan.voxel > 0.0 ? 2.0 * plan.voxel : 1.0;
   return plan;
 }
 
@@ -135,8 +136,9 @@ void Say(const std::vector<Scan>& scans, const ScanPair& pair) {
   else
     std::cout << estimate.num_inliers << " of " << pair.registration.matches << " matches, overlap "
               << std::lround(100.0 * pair.registration.overlap1) << " %"
-              << (estimate.may_be_chance() ? ", may be chance" : "") << (estimate.ambiguous() ? ", ambiguous" : "")
-              << (pair.registration.slides() ? ", slides" : "") << std::endl;
+              << (estimate.verdict == Verdict::kUnsupported ? ", may be chance" : "")
+              << (estimate.ambiguous_pose ? ", ambiguous" : "") << (pair.registration.slides() ? ", slides" : "")
+              << std::endl;
 }
 
 int RunFolder(const CLI::App& app, Request request) {

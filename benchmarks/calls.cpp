@@ -16,6 +16,13 @@ namespace {
 
 constexpr int kProblems = 100;
 
+/// diffsac::Matches are views.
+struct OwnedMatches {
+  Eigen::Matrix<double, Eigen::Dynamic, 2> points1, points2;
+  Eigen::VectorXd snn_ratio;
+  operator diffsac::Matches() const { return {points1, points2, snn_ratio}; }
+};
+
 /// estimate: of a problem by its number, returns one of the model's numbers.
 template <class Estimate>
 void Time(const char* name, int calls, const Estimate& estimate) {
@@ -50,15 +57,15 @@ void TimePoints(int calls) {
   diffsac::Rng rng(2);
   const auto lines = Clouds<2>(rng);
   const auto planes = Clouds<3>(rng);
-  const diffsac::PointOptions options(0.02);
+  const diffsac::PointOptions options{.max_residual = 0.02};
   Time("line, N = 100", calls, [&](std::size_t i) { return diffsac::EstimateLine(lines[i], options).model[0]; });
   Time("plane, N = 100", calls, [&](std::size_t i) { return diffsac::EstimatePlane(planes[i], options).model[0]; });
 }
 
 void TimeHomographies(int calls) {
   diffsac::Rng rng(3);
-  std::vector<diffsac::Matches> problems(kProblems);
-  for (diffsac::Matches& matches : problems) {
+  std::vector<OwnedMatches> problems(kProblems);
+  for (OwnedMatches& matches : problems) {
     matches.points1.resize(100, 2);
     matches.points2.resize(100, 2);
     const double turn = rng.Uniform(-0.2, 0.2);
@@ -80,24 +87,24 @@ void TimeHomographies(int calls) {
 void TimeEssentials(int calls) {
   constexpr int kMatches = 20, kRight = 10;
   const Eigen::Matrix3d K = (Eigen::Matrix3d() << 800.0, 0.0, 320.0, 0.0, 800.0, 240.0, 0.0, 0.0, 1.0).finished();
-  std::vector<diffsac::Matches> problems(kProblems);
+  std::vector<OwnedMatches> problems(kProblems);
   diffsac::Rng rng(1);
-  for (diffsac::Matches& matches : problems) {
+  for (OwnedMatches& matches : problems) {
     matches.points1.resize(kMatches, 2);
     matches.points2.resize(kMatches, 2);
-    matches.match_ratios.resize(kMatches);
+    matches.snn_ratio.resize(kMatches);
     for (int i = 0; i < kMatches; ++i) {
       const Eigen::Vector3d point(rng.Uniform(-2.0, 2.0), rng.Uniform(-1.5, 1.5), rng.Uniform(4.0, 8.0));
       const Eigen::Vector3d moved = point + Eigen::Vector3d(0.5, 0.1, 0.05);
       matches.points1.row(i) = (K * point).hnormalized().transpose();
       matches.points2.row(i) = (K * moved).hnormalized().transpose();
       if (i >= kRight) matches.points2.row(i) << rng.Uniform(0.0, 640.0), rng.Uniform(0.0, 480.0);
-      matches.match_ratios[i] = i < kRight ? rng.Uniform(0.4, 0.8) : rng.Uniform(0.7, 1.0);
+      matches.snn_ratio[i] = i < kRight ? rng.Uniform(0.4, 0.8) : rng.Uniform(0.7, 1.0);
     }
   }
   for (const int budget : {0, 100, 1}) {
     diffsac::ImageOptions options;
-    options.max_iterations = budget;
+    if (budget > 0) options.max_iterations = budget;
     Time(("essential matrix, N = 20, max_iterations " + std::to_string(budget)).c_str(), calls, [&](std::size_t i) {
       return diffsac::EstimateEssential(problems[i], {K, K}, options).model(0, 1);
     });

@@ -23,7 +23,8 @@ list(REMOVE_ITEM _lab ${_library})
 set_target_properties(diffsac_compiler PROPERTIES EXPORT_NAME compiler)
 diffsac_install(library diffsacTargets diffsac
   ROOMS ${DIFFSAC_LIBRARY_ROOMS} TARGETS ${DIFFSAC_INSTALLED_LIBRARY} diffsac_compiler)
-install(FILES ${PROJECT_SOURCE_DIR}/lib/diffsac/diffsac.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/diffsac COMPONENT library)
+file(GLOB _public_headers ${PROJECT_SOURCE_DIR}/lib/diffsac/*.h)
+install(FILES ${_public_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/diffsac COMPONENT library)
 install(TARGETS diffsac_shared LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT shared NAMELINK_COMPONENT namelink
   EXCLUDE_FROM_ALL)
 if(DIFFSAC_LAB)

@@ -6,13 +6,15 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace diffsac::python {
 namespace {
 
-using Numbers = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+using Numbers = nb::ndarray<const double, nb::device::cpu>;
 using Shape = std::vector<Eigen::Index>;  // −1: any number.
 
 constexpr Eigen::Index kAny = -1;
@@ -66,6 +68,19 @@ bool Fits(const Shape& given, const Shape& expected) {
   return true;
 }
 
+/// Of float64 without a copy, but where its strides are not whole numbers from 0.
+Numbers AsNumbers(const nb::module_& numpy, const nb::object& array) {
+  Numbers numbers;
+  const auto is_backwards = [&] {
+    for (std::size_t i = 0; i < numbers.ndim(); ++i)
+      if (numbers.stride(i) < 0) return true;
+    return false;
+  };
+  if (!nb::try_cast(numpy.attr("asarray")(array, "float64"), numbers) || is_backwards())
+    numbers = nb::cast<Numbers>(numpy.attr("array")(array, "float64", nb::arg("order") = "C"));
+  return numbers;
+}
+
 Numbers NumbersOf(const ArrayLike& array, const char* name, const Shape& expected) {
   const nb::module_ numpy = nb::module_::import_("numpy");
   nb::object any;
@@ -79,59 +94,67 @@ Numbers NumbersOf(const ArrayLike& array, const char* name, const Shape& expecte
   if (std::string("fiu").find(nb::cast<std::string>(type.attr("kind"))) == std::string::npos)
     Refuse(name, "real numbers", "dtype " + nb::cast<std::string>(nb::str(type)));
   if (IsMasked(any)) any = any.attr("astype")("float64").attr("filled")(std::numeric_limits<double>::quiet_NaN());
-  const auto numbers = nb::cast<Numbers>(numpy.attr("asarray")(any, "float64", "C"));
+  const Numbers numbers = AsNumbers(numpy, any);
   Shape given;
   for (std::size_t i = 0; i < numbers.ndim(); ++i) given.push_back(static_cast<Eigen::Index>(numbers.shape(i)));
   if (!Fits(given, expected)) Refuse(name, "shape " + ShapeText(expected), ShapeText(given));
   return numbers;
 }
 
-/// `rows`: how many there must be, or kAny.
-template <int Columns>
-Eigen::Matrix<double, Eigen::Dynamic, Columns> Rows(const ArrayLike& array, const char* name, Eigen::Index rows) {
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Columns, Eigen::RowMajor>;
-  const Numbers numbers = NumbersOf(array, name, {rows, Columns});
-  return Eigen::Map<const RowMajor>(numbers.data(), static_cast<Eigen::Index>(numbers.shape(0)), Columns);
+/// Its numbers, which the view keeps alive.
+template <int kColumns>
+RowsView<kColumns> ViewOf(const Numbers& numbers) {
+  const auto rows = static_cast<Eigen::Index>(numbers.shape(0));
+  return {numbers.data(), rows, numbers.stride(0), kColumns == 1 ? 1 : numbers.stride(numbers.ndim() - 1),
+          std::make_shared<const Numbers>(numbers)};
 }
 
 /// Empty where there is none.
-Eigen::VectorXd OneEach(const OptionalArray& given, const char* name, Eigen::Index points) {
-  if (!given) return {};
-  return Eigen::Map<const Eigen::VectorXd>(NumbersOf(*given, name, {points}).data(), points);
+ValuesView OneEach(const OptionalArray& given, const char* name, Eigen::Index points) {
+  return given ? ViewOf<1>(NumbersOf(*given, name, {points})) : ValuesView();
 }
 
 /// Rows of which `given` is masked are left out, as those are whose points are.
-template <class Points>
-void LeaveOutMasked(const OptionalArray& given, const Eigen::MatrixXd& values, Points* points) {
+template <int kColumns, int kValues>
+void LeaveOutMasked(const OptionalArray& given, const RowsView<kValues>& values, RowsView<kColumns>* points) {
   if (!given || !IsMasked(*given)) return;
+  typename RowsView<kColumns>::Matrix kept = points->matrix();
   for (Eigen::Index i = 0; i < values.rows(); ++i)
-    if (values.row(i).hasNaN()) points->row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+    if (values.matrix().row(i).hasNaN()) kept.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+  *points = std::move(kept);
 }
 
-/// `points`: those of `input` (Matches or ScenePoints) that are left out where a ratio or score is masked.
-template <class Input, class Points>
-void SetRatiosOrScores(const RatioOrScores& given, Input* input, Points* points) {
-  input->match_ratios = OneEach(given.ratio, "ratio", points->rows());
+/// `points`: those of `input` that are left out where a ratio or score is masked.
+template <class Input, int kColumns>
+void SetRatiosOrScores(const RatioOrScores& given, Input* input, RowsView<kColumns>* points) {
+  input->snn_ratio = OneEach(given.snn_ratio, "snn_ratio", points->rows());
   input->scores = OneEach(given.scores, "scores", points->rows());
-  LeaveOutMasked(given.ratio, input->match_ratios, points);
+  LeaveOutMasked(given.snn_ratio, input->snn_ratio, points);
   LeaveOutMasked(given.scores, input->scores, points);
 }
 
 }  // namespace
 
-Eigen::Matrix<double, Eigen::Dynamic, 2> Points2(const ArrayLike& array, const char* name) {
-  return Rows<2>(array, name, kAny);
+template <int kColumns>
+RowsView<kColumns> Rows(const ArrayLike& array, const char* name, Eigen::Index rows) {
+  return ViewOf<kColumns>(NumbersOf(array, name, {rows, kColumns}));
 }
 
-Eigen::Matrix<double, Eigen::Dynamic, 3> Points3(const ArrayLike& array, const char* name) {
-  return Rows<3>(array, name, kAny);
-}
+template Points2DView Rows<2>(const ArrayLike&, const char*, Eigen::Index);
+template Points3DView Rows<3>(const ArrayLike&, const char*, Eigen::Index);
+template SegmentsView Rows<4>(const ArrayLike&, const char*, Eigen::Index);
 
-Eigen::Matrix<double, Eigen::Dynamic, 4> Points4(const ArrayLike& array, const char* name) {
-  return Rows<4>(array, name, kAny);
-}
+Eigen::Matrix3d Matrix3(const ArrayLike& array, const char* name) { return Rows<3>(array, name, 3).matrix(); }
 
-Eigen::Matrix3d Matrix3(const ArrayLike& array, const char* name) { return Rows<3>(array, name, 3); }
+Eigen::MatrixXd ModelOf(const ArrayLike& array, const char* name) {
+  const nb::object any = nb::module_::import_("numpy").attr("asarray")(array);
+  if (nb::cast<int>(any.attr("ndim")) == 1) return ViewOf<1>(NumbersOf(array, name, {kAny})).matrix();
+  const Numbers numbers = NumbersOf(array, name, {kAny, kAny});
+  const Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic> strides(numbers.stride(1), numbers.stride(0));
+  return Eigen::Map<const Eigen::MatrixXd, 0, Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>>(
+      numbers.data(), static_cast<Eigen::Index>(numbers.shape(0)), static_cast<Eigen::Index>(numbers.shape(1)),
+      strides);
+}
 
 ImageSize SizeOf(const OptionalSize& size, const char* name) {
   if (!size) return {};
@@ -171,36 +194,38 @@ double RealOf(const Real& value, const char* name) {
   return *number;
 }
 
-bool TruthOf(const Truth& value, const char* name) {
-  if (!PyBool_Check(value.ptr()) && !nb::isinstance(value, nb::module_::import_("numpy").attr("bool_")))
-    RefuseValue(name, "True or False", value);
-  return nb::cast<bool>(nb::bool_(value));
+Guidance GuidanceOf(const Text& value, const char* name) {
+  for (const auto& entry : kEnumNames<Guidance>)
+    if (nb::isinstance<nb::str>(value) && nb::cast<std::string>(value) == entry.name) return entry.value;
+  RefuseValue(name, "'none', 'network' or 'diffusion'", value);
 }
 
 Matches MatchesOf(const ArrayLike& x1, const ArrayLike& x2, const RatioOrScores& given, const OptionalSize& size1,
-                  const OptionalSize& size2, const OptionalArray& similarities) {
+                  const OptionalSize& size2, const OptionalArray& scale_rotation_changes) {
   Matches matches;
-  matches.points1 = Points2(x1, "x1");
-  matches.points2 = Rows<2>(x2, "x2", matches.points1.rows());
+  matches.points1 = Rows<2>(x1, "x1");
+  const Eigen::Index count = matches.points1.rows();
+  matches.points2 = Rows<2>(x2, "x2", count);
   matches.size1 = SizeOf(size1, "size1");
   matches.size2 = SizeOf(size2, "size2");
-  if (similarities) matches.similarities = Rows<2>(*similarities, "similarities", matches.points1.rows());
+  if (scale_rotation_changes)
+    matches.scale_rotation_changes = Rows<2>(*scale_rotation_changes, "scale_rotation_changes", count);
   SetRatiosOrScores(given, &matches, &matches.points1);
-  LeaveOutMasked(similarities, matches.similarities, &matches.points1);
+  LeaveOutMasked(scale_rotation_changes, matches.scale_rotation_changes, &matches.points1);
   return matches;
 }
 
-ScenePoints ScenePointsOf(const ArrayLike& points3d, const ArrayLike& points2d, const RatioOrScores& given) {
-  ScenePoints points;
-  points.points3d = Points3(points3d, "points3d");
-  points.points2d = Rows<2>(points2d, "points2d", points.points3d.rows());
-  SetRatiosOrScores(given, &points, &points.points2d);
-  return points;
+Matches2D3D Matches2D3DOf(const ArrayLike& points3d, const ArrayLike& points2d, const RatioOrScores& given) {
+  Matches2D3D matches;
+  matches.points3d = Rows<3>(points3d, "points3d");
+  matches.points2d = Rows<2>(points2d, "points2d", matches.points3d.rows());
+  SetRatiosOrScores(given, &matches, &matches.points2d);
+  return matches;
 }
 
-CloudMatches CloudMatchesOf(const ArrayLike& points1, const ArrayLike& points2, const RatioOrScores& given) {
-  CloudMatches matches;
-  matches.points1 = Points3(points1, "points1");
+Matches3D3D Matches3D3DOf(const ArrayLike& points1, const ArrayLike& points2, const RatioOrScores& given) {
+  Matches3D3D matches;
+  matches.points1 = Rows<3>(points1, "points1");
   matches.points2 = Rows<3>(points2, "points2", matches.points1.rows());
   SetRatiosOrScores(given, &matches, &matches.points2);
   return matches;

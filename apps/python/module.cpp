@@ -1,11 +1,10 @@
 // The functions of diffsac/diffsac.h, with numpy in and out.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/string.h>
 
 #include <array>
-#include <limits>
-#include <string>
-#include <string_view>
+#include <tuple>
 
 #include "arguments.h"
 #include "results.h"
@@ -14,12 +13,6 @@ namespace diffsac::python {
 namespace {
 
 using namespace nanobind::literals;
-
-/// For each argument name a matrix K.
-template <class Name>
-using CameraOf = const ArrayLike&;
-template <std::size_t count>
-using CameraMatrices = std::array<Eigen::Matrix3d, count>;
 
 /// The result as Python has it, of `estimate`, during which other Python threads run.
 template <class Call>
@@ -31,247 +24,232 @@ auto Unlocked(const Call& estimate) {
   return ToPython(result);
 }
 
-void Set(const Whole& max_iterations, const Whole& seed, EstimateOptions* options) {
-  const auto most = static_cast<int>(WholeOf(max_iterations, "max_iterations", EstimateOptions::kMostIterations));
-  if (most > 0) options->max_iterations = most;
-  options->seed = WholeOf(seed, "seed", std::numeric_limits<std::uint64_t>::max());
-}
+// Options that functions share: its type in Python, its default, and where it goes.
+#define DIFFSAC_PYTHON_OPTION(Name, name, Python, standard)                        \
+  struct Name {                                                                    \
+    using Type = const Python&;                                                    \
+    static auto Argument() { return nb::arg(#name) = standard; }                   \
+    static void Set(Type value, SearchArguments* search) { search->name = value; } \
+  };
 
-void SetNetwork(const Truth& use_network, const OptionalPath& models_folder, EstimateOptions* options) {
-  options->guidance = TruthOf(use_network, "use_network") ? Guidance::kNetwork : Guidance::kNone;
-  options->models_folder = ModelsFolder(models_folder);
-}
+DIFFSAC_PYTHON_OPTION(MaxResidual, max_residual, OptionalReal, nb::none())
+DIFFSAC_PYTHON_OPTION(MaxIterations, max_iterations, OptionalWhole, nb::none())
+DIFFSAC_PYTHON_OPTION(MinIterations, min_iterations, OptionalWhole, nb::none())
+DIFFSAC_PYTHON_OPTION(Confidence, confidence, OptionalReal, nb::none())
+DIFFSAC_PYTHON_OPTION(NumThreads, num_threads, Whole, 1)
+DIFFSAC_PYTHON_OPTION(InitialModel, initial_model, OptionalArray, nb::none())
+DIFFSAC_PYTHON_OPTION(GuidanceOption, guidance, Text, "network")
+DIFFSAC_PYTHON_OPTION(ModelsFolderOption, models_folder, OptionalPath, nb::none())
+DIFFSAC_PYTHON_OPTION(Seed, seed, Whole, 0)
+#undef DIFFSAC_PYTHON_OPTION
 
-ImageOptions Options(const Real& max_residual_px, const Whole& max_iterations, const Whole& seed) {
-  ImageOptions options;
-  options.max_residual_px = RealOf(max_residual_px, "max_residual_px");
-  Set(max_iterations, seed, &options);
-  return options;
-}
+template <class... Each>
+struct List {};
+using ForMultiple = List<MaxResidual, MaxIterations, Seed>;
+using ForFocals = List<MaxResidual, MaxIterations, MinIterations, Confidence, NumThreads, Seed>;
+using ForRegistration = List<MaxResidual, MaxIterations, MinIterations, Confidence, NumThreads, InitialModel, Seed>;
+using ForImages = List<MaxResidual, MaxIterations, MinIterations, Confidence, NumThreads, InitialModel, GuidanceOption,
+                       ModelsFolderOption, Seed>;
+using ForPoints =
+    List<MaxIterations, MinIterations, Confidence, NumThreads, InitialModel, GuidanceOption, ModelsFolderOption, Seed>;
+using ForVanishing = List<MaxIterations, GuidanceOption, ModelsFolderOption, Seed>;
 
-// Each of these defines a function of one kind of input, which is listed here once for all functions of that kind.
-
-/// Two views with a network. `cameras`: the names of the matrices K that the function takes; estimate(matches,
-/// matrices, options).
-template <class Call, class... Names>
-void DefineLearned(nb::module_* module, const char* name, const char* doc, Call estimate, Names... cameras) {
+/// Defines a function with arguments of its own, of the types Own, and shared options: call(own ..., search).
+/// arguments: the names of its own.
+template <class... Own, class... Shared, class Call, class... Arguments>
+void Define(nb::module_* module, const char* name, const char* doc, List<Own...>, List<Shared...>, const Call& call,
+            const Arguments&... arguments) {
   module->def(
       name,
-      [=](const ArrayLike& x1, const ArrayLike& x2, CameraOf<Names>... K, const OptionalArray& ratio,
-          const OptionalArray& scores, const OptionalSize& size1, const OptionalSize& size2,
-          const OptionalArray& similarities, const Real& max_residual_px, const Whole& max_iterations,
-          const Truth& use_network, const OptionalPath& models_folder, const Whole& seed) {
-        const Matches matches = MatchesOf(x1, x2, {ratio, scores}, size1, size2, similarities);
-        const CameraMatrices<sizeof...(K)> matrices = {Matrix3(K, cameras)...};
-        ImageOptions options = Options(max_residual_px, max_iterations, seed);
-        SetNetwork(use_network, models_folder, &options);
-        return Unlocked([&] { return estimate(matches, matrices, options); });
+      [call](Own... own, typename Shared::Type... shared) {
+        SearchArguments search;
+        (Shared::Set(shared, &search), ...);
+        return call(own..., search);
       },
-      "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
-      "size1"_a = nb::none(), "size2"_a = nb::none(), "similarities"_a = nb::none(), "max_residual_px"_a = 0.0,
-      "max_iterations"_a = 0, "use_network"_a = true, "models_folder"_a = nb::none(), "seed"_a = 0, doc);
+      arguments..., Shared::Argument()..., doc);
 }
 
-/// Several models of two views.
-template <class Call, class... Names>
-void DefineSeveral(nb::module_* module, const char* name, const char* doc, Call estimate, Names... cameras) {
-  module->def(
-      name,
-      [=](const ArrayLike& x1, const ArrayLike& x2, CameraOf<Names>... K, const OptionalArray& ratio,
-          const OptionalArray& scores, const OptionalSize& size1, const OptionalSize& size2,
-          const Real& max_residual_px, const Whole& max_iterations, const Whole& seed) {
-        const Matches matches = MatchesOf(x1, x2, {ratio, scores}, size1, size2);
-        const CameraMatrices<sizeof...(K)> matrices = {Matrix3(K, cameras)...};
-        const ImageOptions options = Options(max_residual_px, max_iterations, seed);
-        return Unlocked([&] { return estimate(matches, matrices, options); });
+using Array = const ArrayLike&;
+using MaybeArray = const OptionalArray&;
+using MaybeSize = const OptionalSize&;
+using MaybePair = const OptionalPair&;
+
+/// For each argument name a matrix K.
+template <class Name>
+using CameraOf = Array;
+
+/// Two views, by a network or several models; estimate(matches, matrices K ..., options). cameras: their names.
+template <class Shared, class Call, class... Names>
+void DefineViews(nb::module_* module, const char* name, const char* doc, Shared shared, Call estimate,
+                 Names... cameras) {
+  Define(
+      module, name, doc,
+      List<Array, Array, CameraOf<Names>..., MaybeArray, MaybeArray, MaybeSize, MaybeSize, MaybeArray>(), shared,
+      [=](Array x1, Array x2, CameraOf<Names>... K, MaybeArray snn_ratio, MaybeArray scores, MaybeSize size1,
+          MaybeSize size2, MaybeArray changes, const SearchArguments& search) {
+        const Matches matches = MatchesOf(x1, x2, {snn_ratio, scores}, size1, size2, changes);
+        const auto options = OptionsOf<ImageOptions>(search);
+        const std::array<Eigen::Matrix3d, sizeof...(K)> matrices{Matrix3(K, cameras)...};
+        return Unlocked([&] {
+          return std::apply([&](const auto&... each) { return estimate(matches, each..., options); }, matrices);
+        });
       },
-      "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
-      "size1"_a = nb::none(), "size2"_a = nb::none(), "max_residual_px"_a = 0.0, "max_iterations"_a = 0, "seed"_a = 0,
-      doc);
+      "x1"_a, "x2"_a, nb::arg(cameras)..., "snn_ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
+      "size1"_a = nb::none(), "size2"_a = nb::none(), "scale_rotation_changes"_a = nb::none());
 }
 
-/// Two views of unknown focal length.
+/// Two views of unknown focal length; estimate(matches, matrices K ..., options).
 template <class Call, class... Names>
 void DefineFocal(nb::module_* module, const char* name, const char* doc, Call estimate, Names... cameras) {
-  module->def(
-      name,
-      [=](const ArrayLike& x1, const ArrayLike& x2, CameraOf<Names>... K, const OptionalArray& ratio,
-          const OptionalArray& scores, const OptionalSize& size1, const OptionalSize& size2,
-          const OptionalPair& principal_point1, const OptionalPair& principal_point2, const OptionalPair& prior,
-          const OptionalPair& prior2, const Real& max_residual_px, const Whole& max_iterations, const Whole& seed) {
-        const Matches matches = MatchesOf(x1, x2, {ratio, scores}, size1, size2);
-        const CameraMatrices<sizeof...(K)> matrices = {Matrix3(K, cameras)...};
-        FocalOptions options;
-        static_cast<ImageOptions&>(options) = Options(max_residual_px, max_iterations, seed);
+  Define(
+      module, name, doc,
+      List<Array, Array, CameraOf<Names>..., MaybeArray, MaybeArray, MaybeSize, MaybeSize, MaybePair, MaybePair,
+           MaybePair, MaybePair>(),
+      ForFocals(),
+      [=](Array x1, Array x2, CameraOf<Names>... K, MaybeArray snn_ratio, MaybeArray scores, MaybeSize size1,
+          MaybeSize size2, MaybePair principal_point1, MaybePair principal_point2, MaybePair prior, MaybePair prior2,
+          const SearchArguments& search) {
+        const Matches matches = MatchesOf(x1, x2, {snn_ratio, scores}, size1, size2);
+        auto options = OptionsOf<FocalOptions>(search);
         options.principal_point1 = PairOf(principal_point1, "principal_point1");
         options.principal_point2 = PairOf(principal_point2, "principal_point2");
         if (const auto likely = PairOf(prior, "prior")) options.prior = FocalPrior{likely->x(), likely->y()};
         if (const auto likely = PairOf(prior2, "prior2")) options.prior2 = FocalPrior{likely->x(), likely->y()};
-        return Unlocked([&] { return estimate(matches, matrices, options); });
+        const std::array<Eigen::Matrix3d, sizeof...(K)> matrices{Matrix3(K, cameras)...};
+        return Unlocked([&] {
+          return std::apply([&](const auto&... each) { return estimate(matches, each..., options); }, matrices);
+        });
       },
-      "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
+      "x1"_a, "x2"_a, nb::arg(cameras)..., "snn_ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
       "size1"_a = nb::none(), "size2"_a = nb::none(), "principal_point1"_a = nb::none(),
-      "principal_point2"_a = nb::none(), "prior"_a = nb::none(), "prior2"_a = nb::none(), "max_residual_px"_a = 0.0,
-      "max_iterations"_a = 0, "seed"_a = 0, doc);
+      "principal_point2"_a = nb::none(), "prior"_a = nb::none(), "prior2"_a = nb::none());
 }
 
-/// Points of a scene and where an image shows them; estimate(points, K, options).
-template <class Call>
-void DefineScenePoints(nb::module_* module, const char* name, const char* doc, Call estimate) {
-  module->def(
-      name,
-      [=](const ArrayLike& points3d, const ArrayLike& points2d, const ArrayLike& K, const OptionalArray& ratio,
-          const OptionalArray& scores, const Real& max_residual_px, const Whole& max_iterations, const Whole& seed) {
-        const ScenePoints points = ScenePointsOf(points3d, points2d, {ratio, scores});
+/// Points of a scene and where an image shows them; estimate(matches, K, options).
+template <class Shared, class Call>
+void DefineScenePoints(nb::module_* module, const char* name, const char* doc, Shared shared, Call estimate) {
+  Define(
+      module, name, doc, List<Array, Array, Array, MaybeArray, MaybeArray>(), shared,
+      [=](Array points3d, Array points2d, Array K, MaybeArray snn_ratio, MaybeArray scores,
+          const SearchArguments& search) {
+        const Matches2D3D matches = Matches2D3DOf(points3d, points2d, {snn_ratio, scores});
         const Eigen::Matrix3d matrix = Matrix3(K, "K");
-        const ImageOptions options = Options(max_residual_px, max_iterations, seed);
-        return Unlocked([&] { return estimate(points, matrix, options); });
+        const auto options = OptionsOf<ImageOptions>(search);
+        return Unlocked([&] { return estimate(matches, matrix, options); });
       },
-      "points3d"_a, "points2d"_a, "K"_a, "ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
-      "max_residual_px"_a = 0.0, "max_iterations"_a = 0, "seed"_a = 0, doc);
+      "points3d"_a, "points2d"_a, "K"_a, "snn_ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none());
 }
 
-/// Points in the plane or in space, which `read` makes of an array; estimate(points, options).
-template <class Read, class Call>
-void DefinePoints(nb::module_* module, const char* name, const char* doc, Read read, Call estimate) {
-  module->def(
-      name,
-      [=](const ArrayLike& points, const Real& max_distance, const Whole& max_iterations, const Whole& seed) {
-        const auto rows = read(points, "points");
-        PointOptions options(RealOf(max_distance, "max_distance"));
-        Set(max_iterations, seed, &options);
+/// Points in the plane or in space; estimate(points, options).
+template <int kColumns, class Call>
+void DefinePoints(nb::module_* module, const char* name, const char* doc, Call estimate) {
+  Define(
+      module, name, doc, List<Array, const Real&>(), ForPoints(),
+      [=](Array points, const Real& max_residual, SearchArguments search) {
+        const auto rows = Rows<kColumns>(points, "points");
+        search.max_residual = max_residual;
+        const auto options = OptionsOf<PointOptions>(search);
         return Unlocked([&] { return estimate(rows, options); });
       },
-      "points"_a, "max_distance"_a, nb::kw_only(), "max_iterations"_a = 0, "seed"_a = 0, doc);
+      "points"_a, "max_residual"_a, nb::kw_only());
 }
 
 /// estimate(matches of two clouds, options).
 template <class Call>
 void DefineClouds(nb::module_* module, const char* name, const char* doc, Call estimate) {
-  module->def(
-      name,
-      [=](const ArrayLike& points1, const ArrayLike& points2, const OptionalArray& ratio, const OptionalArray& scores,
-          const Real& max_distance, const Whole& max_iterations, const Whole& seed) {
-        const CloudMatches matches = CloudMatchesOf(points1, points2, {ratio, scores});
-        CloudOptions options(RealOf(max_distance, "max_distance"));
-        Set(max_iterations, seed, &options);
+  Define(
+      module, name, doc, List<Array, Array, MaybeArray, MaybeArray>(), ForRegistration(),
+      [=](Array points1, Array points2, MaybeArray snn_ratio, MaybeArray scores, const SearchArguments& search) {
+        const Matches3D3D matches = Matches3D3DOf(points1, points2, {snn_ratio, scores});
+        const auto options = OptionsOf<RegistrationOptions>(search);
         return Unlocked([&] { return estimate(matches, options); });
       },
-      "points1"_a, "points2"_a, "ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(), "max_distance"_a = 0.0,
-      "max_iterations"_a = 0, "seed"_a = 0, doc);
+      "points1"_a, "points2"_a, "snn_ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none());
+}
+
+template <class Estimate>
+auto WithCameras(Estimate estimate) {
+  return
+      [=](const Matches& matches, const Eigen::Matrix3d& K1, const Eigen::Matrix3d& K2, const ImageOptions& options) {
+        return estimate(matches, {K1, K2}, options);
+      };
 }
 
 void DefineTwoViews(nb::module_* module) {
-  DefineLearned(module, "estimate_fundamental", "F: x2ᵀ F x1 = 0 in pixels.",
-                [](const Matches& matches, const CameraMatrices<0>&, const ImageOptions& options) {
-                  return EstimateFundamental(matches, options);
-                });
-  DefineLearned(
+  DefineViews(module, "estimate_fundamental", "Fundamental matrix F: x2ᵀ F x1 = 0 in pixels.", ForImages(),
+              &EstimateFundamental);
+  DefineViews(
       module, "estimate_essential",
-      "E: x2ᵀ E x1 = 0 in coordinates K⁻¹ x, and the pose of the second camera seen from the first. x1 and x2 are in\n"
-      "pixels, K1 and K2 calibration matrices without lens distortion.",
-      [](const Matches& matches, const CameraMatrices<2>& K, const ImageOptions& options) {
-        return EstimateEssential(matches, {K[0], K[1]}, options);
-      },
-      "K1", "K2");
-  DefineLearned(module, "estimate_homography", "H: x2 ~ H x1 in pixels.",
-                [](const Matches& matches, const CameraMatrices<0>&, const ImageOptions& options) {
-                  return EstimateHomography(matches, options);
-                });
+      "Essential matrix E: x2ᵀ E x1 = 0 in coordinates K⁻¹ x, and the pose of the second camera in the first one's\n"
+      "frame. x1 and x2 are in pixels.",
+      ForImages(), WithCameras(&EstimateEssential), "K1", "K2");
+  DefineViews(module, "estimate_homography", "Homography H: x2 ~ H x1 in pixels.", ForImages(), &EstimateHomography);
   DefineFocal(
       module, "estimate_shared_focal",
-      "F, the pose and the focal length, where both images are of one camera of unknown focal length. It needs\n"
-      "size1 and size2 (width, height), or principal_point1, principal_point2 and prior: the likeliest focal\n"
-      "length in pixels and the standard deviation of its logarithm (EXIF's: 0.1).",
-      [](const Matches& matches, const CameraMatrices<0>&, const FocalOptions& options) {
-        return EstimateSharedFocal(matches, options);
-      });
-  DefineFocal(
-      module, "estimate_one_focal",
-      "The same where the first camera has the calibration K1 and the focal length of the second is unknown.",
-      [](const Matches& matches, const CameraMatrices<1>& K, const FocalOptions& options) {
-        return EstimateOneFocal(matches, K[0], options);
-      },
-      "K1");
-  DefineFocal(
-      module, "estimate_two_focals",
-      "The same where each image has a camera of its own, of unknown focal length: photographs from anywhere. prior2:\n"
-      "of the second camera, where it is not as `prior`.",
-      [](const Matches& matches, const CameraMatrices<0>&, const FocalOptions& options) {
-        return EstimateTwoFocals(matches, options);
-      });
-}
-
-void DefineSeveralTwoViews(nb::module_* module) {
-  DefineSeveral(module, "estimate_fundamentals", "Several fundamental matrices in the same matches.",
-                [](const Matches& matches, const CameraMatrices<0>&, const ImageOptions& options) {
-                  return EstimateFundamentals(matches, options);
-                });
-  DefineSeveral(
-      module, "estimate_essentials", "Several essential matrices in the same matches.",
-      [](const Matches& matches, const CameraMatrices<2>& K, const ImageOptions& options) {
-        return EstimateEssentials(matches, {K[0], K[1]}, options);
-      },
-      "K1", "K2");
-  DefineSeveral(module, "estimate_homographies", "Several homographies in the same matches.",
-                [](const Matches& matches, const CameraMatrices<0>&, const ImageOptions& options) {
-                  return EstimateHomographies(matches, options);
-                });
+      "F, pose and focal length of two images of one camera with unknown focal length. Needs size1 and size2\n"
+      "(width, height), or principal_point1, principal_point2 and prior: the likeliest focal length in pixels and\n"
+      "the standard deviation of its logarithm (EXIF: 0.1).",
+      &EstimateSharedFocal);
+  DefineFocal(module, "estimate_one_focal",
+              "The same if the first camera has calibration matrix K1 and the focal length of the second is unknown.",
+              &EstimateOneFocal, "K1");
+  DefineFocal(module, "estimate_two_focals",
+              "The same if each image has a camera of its own with unknown focal length: photographs from anywhere.\n"
+              "prior2: that of the second camera, if it differs from `prior`.",
+              &EstimateTwoFocals);
+  DefineViews(module, "estimate_multiple_fundamentals", "Multiple fundamental matrices in the same matches.",
+              ForMultiple(), &EstimateMultipleFundamentals);
+  DefineViews(module, "estimate_multiple_essentials", "Multiple essential matrices in the same matches.", ForMultiple(),
+              WithCameras(&EstimateMultipleEssentials), "K1", "K2");
+  DefineViews(module, "estimate_multiple_homographies", "Multiple homographies in the same matches.", ForMultiple(),
+              &EstimateMultipleHomographies);
 }
 
 void DefineOthers(nb::module_* module) {
-  DefineScenePoints(module, "estimate_absolute_pose", "[R | t], world-to-camera: points2d ~ K (R points3d + t).",
-                    &EstimateAbsolutePose);
-  DefineScenePoints(module, "estimate_absolute_poses", "Several poses in the same points.", &EstimateAbsolutePoses);
-  DefineClouds(
-      module, "estimate_rigid_motion",
-      "[R | t]: points2 ≈ R points1 + t, of matches N × 3 of two clouds. max_distance: the greatest distance of "
-      "an\ninlier; 0: twice the resolution of points2.",
-      &EstimateRigidMotion);
-  DefineClouds(module, "estimate_rigid_motions", "Several [R | t] in the same matches: things that move by themselves.",
-               &EstimateRigidMotions);
-  DefineClouds(module, "estimate_similarity", "[s R | t]: the same with a scale s > 0.", &EstimateSimilarity);
-  DefinePoints(module, "estimate_line", "(a, b, c): a x + b y + c = 0 with a² + b² = 1.", &Points2, &EstimateLine);
-  DefinePoints(module, "estimate_lines", "Several lines in the same points.", &Points2, &EstimateLines);
-  DefinePoints(module, "estimate_plane", "(a, b, c, d): a x + b y + c z + d = 0 with a² + b² + c² = 1.", &Points3,
-               &EstimatePlane);
-  DefinePoints(module, "estimate_planes", "Several planes in the same points.", &Points3, &EstimatePlanes);
+  DefineScenePoints(module, "estimate_absolute_pose", "[R | t], world to camera: points2d ~ K (R points3d + t).",
+                    ForImages(), &EstimateAbsolutePose);
+  DefineScenePoints(module, "estimate_multiple_absolute_poses", "Multiple poses in the same points.", ForMultiple(),
+                    &EstimateMultipleAbsolutePoses);
+  DefineClouds(module, "estimate_rigid_motion", "[R | t]: points2 ≈ R points1 + t, from matches N × 3 of two clouds.",
+               &EstimateRigidMotion);
+  DefineClouds(module, "estimate_multiple_rigid_motions",
+               "Multiple [R | t] in the same matches: objects that move independently.", &EstimateMultipleRigidMotions);
+  DefineClouds(module, "estimate_similarity", "[s R | t] with a scale s > 0: points2 ≈ s R points1 + t.",
+               &EstimateSimilarity);
+  DefinePoints<2>(module, "estimate_line", "Line (a, b, c): a x + b y + c = 0 with a² + b² = 1.", &EstimateLine);
+  DefinePoints<2>(module, "estimate_multiple_lines", "Multiple lines in the same points.", &EstimateMultipleLines);
+  DefinePoints<3>(module, "estimate_plane", "Plane (a, b, c, d): a x + b y + c z + d = 0 with a² + b² + c² = 1.",
+                  &EstimatePlane);
+  DefinePoints<3>(module, "estimate_multiple_planes", "Multiple planes in the same points.", &EstimateMultiplePlanes);
 }
 
 void DefineVanishingPoints(nb::module_* module) {
-  module->def(
-      "estimate_vanishing_points",
-      [](const ArrayLike& segments, const OptionalArray& K, const OptionalSize& size, const Real& max_residual_deg,
-         const Real& least_value, const Whole& max_iterations, const Truth& use_network,
-         const OptionalPath& models_folder, const Whole& seed) {
-        const auto rows = Points4(segments, "segments");
-        VanishingPointOptions options;
+  const VanishingPointOptions standard;
+  Define(
+      module, "estimate_vanishing_points",
+      "Vanishing points of the line segments of an image, N × 4: x1 y1 x2 y2, the ends, in pixels; its focal length "
+      "if\n"
+      "no K is given, and its horizon. Needs K or size (width, height).",
+      List<Array, MaybeArray, MaybeSize, const Real&, const Real&>(), ForVanishing(),
+      [](Array segments, MaybeArray K, MaybeSize size, const Real& max_residual_deg, const Real& least_value,
+         const SearchArguments& search) {
+        const SegmentsView rows = Rows<4>(segments, "segments");
+        auto options = OptionsOf<VanishingPointOptions>(search);
         if (K) options.K = Matrix3(*K, "K");
         options.size = SizeOf(size, "size");
         options.max_residual_deg = RealOf(max_residual_deg, "max_residual_deg");
         options.least_value = RealOf(least_value, "least_value");
-        Set(max_iterations, seed, &options);
-        SetNetwork(use_network, models_folder, &options);
         return Unlocked([&] { return EstimateVanishingPoints(rows, options); });
       },
       "segments"_a, "K"_a = nb::none(), nb::kw_only(), "size"_a = nb::none(),
-      "max_residual_deg"_a = VanishingPointOptions().max_residual_deg,
-      "least_value"_a = VanishingPointOptions().least_value, "max_iterations"_a = 0, "use_network"_a = true,
-      "models_folder"_a = nb::none(), "seed"_a = 0,
-      "The vanishing points of an image's line segments, N × 4: x1 y1 x2 y2, the ends, in pixels; with the focal "
-      "length\n"
-      "where no K is given, and the horizon. It needs K or size (width, height).");
+      "max_residual_deg"_a = standard.max_residual_deg, "least_value"_a = standard.least_value);
 }
 
 void TranslateError(const std::exception_ptr& thrown, void*) {
   try {
     std::rethrow_exception(thrown);
   } catch (const Error& error) {
-    // By its name here.
-    std::string text = error.what();
-    constexpr std::string_view kRatios = "match_ratios";
-    if (const auto at = text.find(kRatios); at != text.npos) text.replace(at, kRatios.size(), "ratio");
-    PyErr_SetString(PyExc_ValueError, text.c_str());
+    PyErr_SetString(PyExc_ValueError, error.what());
   }
 }
 
@@ -283,7 +261,6 @@ NB_MODULE(_native, module) {
   nb::register_exception_translator(TranslateError);
   module.attr("VERSION") = diffsac::kVersion;
   DefineTwoViews(&module);
-  DefineSeveralTwoViews(&module);
   DefineOthers(&module);
   DefineVanishingPoints(&module);
 }

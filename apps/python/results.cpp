@@ -35,23 +35,51 @@ nb::object Covariance(const std::optional<Eigen::MatrixXd>& covariance) {
 
 nb::object StatusOf(Status status) { return ClassOf("Status")(ToString(status)); }
 
-nb::object CostOf(const EstimateReport& cost) {
+nb::object StatsOf(const EstimationStats& stats) {
   nb::dict fields;
-  fields["hypotheses"] = cost.hypotheses;
-  fields["unique_minimal_sets"] = cost.unique_minimal_sets;
-  fields["draws"] = cost.draws;
-  fields["ms_features"] = cost.ms_features;
-  fields["ms_network"] = cost.ms_network;
-  fields["ms_consensus"] = cost.ms_consensus;
-  fields["ms_total"] = cost.ms_total;
-  return Make("Cost", fields);
+  fields["hypotheses"] = stats.hypotheses;
+  fields["unique_minimal_sets"] = stats.unique_minimal_sets;
+  fields["iterations"] = stats.draws;
+  fields["ms_features"] = stats.ms_features;
+  fields["ms_network"] = stats.ms_network;
+  fields["ms_consensus"] = stats.ms_consensus;
+  fields["ms_total"] = stats.ms_total;
+  return Make("EstimationStats", fields);
 }
 
+/// Its word, as docs have it.
+nb::object DegeneracyOf(Degeneracy degeneracy) {
+  return ClassOf("Degeneracy")(degeneracy == Degeneracy::kTurn ? "pure_rotation" : ToString(degeneracy));
+}
+
+nb::object ConflictOf(const FocalConflict& conflict) {
+  nb::dict fields;
+  for (const auto& [name, values] : {std::pair("said_px", conflict.said_px), std::pair("found_px", conflict.found_px),
+                                     std::pair("low_px", conflict.low_px), std::pair("high_px", conflict.high_px)})
+    fields[name] = std::pair(values[0], values[1]);
+  return Make("FocalConflict", fields);
+}
+
+nb::object DiagnosticsOf(const Diagnostics& diagnostics) {
+  nb::dict fields;
+  fields["log10_nfa"] = diagnostics.log10_nfa;
+  fields["error_probability"] = diagnostics.error_probability;
+  fields["degeneracy"] = DegeneracyOf(diagnostics.degeneracy);
+  fields["cheirality_failure_ratio"] = diagnostics.cheirality_failure_ratio;
+  fields["mirrored"] = diagnostics.mirrored;
+  fields["focal_conflict"] = diagnostics.focal_conflict ? ConflictOf(*diagnostics.focal_conflict) : nb::none();
+  fields["scores_ignored"] = diagnostics.scores_ignored;
+  fields["num_nonfinite"] = diagnostics.num_nonfinite;
+  fields["num_duplicates"] = diagnostics.num_duplicates;
+  return Make("Diagnostics", fields);
+}
+
+/// Of results without Diagnostics.
 template <class Result>
 void SetCounts(const Result& estimate, nb::dict* fields) {
-  (*fields)["cost"] = CostOf(estimate.cost);
-  (*fields)["rows_left_out"] = estimate.rows_left_out;
-  (*fields)["repeated_rows"] = estimate.repeated_rows;
+  (*fields)["stats"] = StatsOf(estimate.stats);
+  (*fields)["num_nonfinite"] = estimate.num_nonfinite;
+  (*fields)["num_duplicates"] = estimate.num_duplicates;
 }
 
 nb::object PoseOf(const RigidMotion& motion) {
@@ -105,35 +133,32 @@ template <class Model>
 nb::dict FieldsOf(const ModelEstimate<Model>& estimate) {
   nb::dict fields;
   fields["status"] = StatusOf(estimate.status);
+  fields["verdict"] = ClassOf("Verdict")(ToString(estimate.verdict));
   fields["model"] = Array(estimate.model);
   fields["inliers"] = Array(VectorOf(estimate.inliers).template cast<bool>());
   fields["num_inliers"] = estimate.num_inliers;
   fields["inlier_threshold"] = estimate.inlier_threshold;
-  fields["noise_scale"] = estimate.noise_scale;
-  fields["log_false_alarms"] = estimate.log_false_alarms;
+  fields["sigma"] = estimate.sigma;
   fields["inlier_probabilities"] =
       estimate.inlier_probabilities.empty() ? nb::none() : Array(VectorOf(estimate.inlier_probabilities));
   fields["posteriors"] = Array(VectorOf(estimate.posteriors));
-  fields["scores_ignored"] = estimate.scores_ignored;
-  SetCounts(estimate, &fields);
+  fields["diagnostics"] = DiagnosticsOf(estimate.diagnostics);
+  fields["stats"] = StatsOf(estimate.stats);
   return fields;
 }
 
-nb::dict TwoViewFieldsOf(const TwoViewEstimate& estimate) {
-  nb::dict fields = FieldsOf(estimate);
+template <class Model>
+nb::dict FieldsOf(const PoseEstimate<Model>& estimate) {
+  nb::dict fields = FieldsOf(static_cast<const ModelEstimate<Model>&>(estimate));
   fields["pose"] = estimate.pose ? PoseOf(*estimate.pose) : nb::none();
   fields["pose_covariance"] = Covariance(estimate.pose_covariance);
-  fields["translation"] = ClassOf("Translation")(ToString(estimate.translation));
-  fields["mirrored"] = estimate.mirrored;
-  fields["error_probability"] = estimate.error_probability;
-  fields["share_behind"] = estimate.share_behind;
-  fields["other_pose"] = estimate.other_pose ? PoseOf(*estimate.other_pose) : nb::none();
+  fields["ambiguous_pose"] = estimate.ambiguous_pose ? PoseOf(*estimate.ambiguous_pose) : nb::none();
   return fields;
 }
 
 /// K × rows × columns, or K × rows for vectors.
 template <class Model>
-PyEstimates Several(const ModelsEstimate<Model>& estimate) {
+PyMultiModelEstimate Several(const MultiModelEstimate<Model>& estimate) {
   constexpr int kRows = Model::RowsAtCompileTime, kColumns = Model::ColsAtCompileTime;
   const auto count = static_cast<Eigen::Index>(estimate.models.size());
   Eigen::Matrix<double, Eigen::Dynamic, kRows * kColumns> models(count, kRows * kColumns);
@@ -145,7 +170,7 @@ PyEstimates Several(const ModelsEstimate<Model>& estimate) {
   fields["models"] = kColumns == 1 ? rows : rows.attr("reshape")(count, kRows, kColumns);
   fields["assignment"] = Array(VectorOf(estimate.assignment));
   SetCounts(estimate, &fields);
-  return nb::borrow<PyEstimates>(Make("Estimates", fields));
+  return nb::borrow<PyMultiModelEstimate>(Make("MultiModelEstimate", fields));
 }
 
 }  // namespace
@@ -158,46 +183,37 @@ PyEstimate ToPython(const PlaneEstimate& estimate) {
 }
 
 PyTwoViewEstimate ToPython(const TwoViewEstimate& estimate) {
-  return nb::borrow<PyTwoViewEstimate>(Make("TwoViewEstimate", TwoViewFieldsOf(estimate)));
+  return nb::borrow<PyTwoViewEstimate>(Make("TwoViewEstimate", FieldsOf(estimate)));
 }
 
-PySharedFocalEstimate ToPython(const SharedFocalEstimate& estimate) {
-  nb::dict fields = TwoViewFieldsOf(estimate);
+PyUnknownFocalEstimate ToPython(const UnknownFocalEstimate& estimate) {
+  nb::dict fields = FieldsOf(estimate);
   fields["focal"] = estimate.focal ? FocalOf(*estimate.focal) : nb::none();
   fields["K1"] = Array(estimate.cameras.K1);
   fields["K2"] = Array(estimate.cameras.K2);
-  return nb::borrow<PySharedFocalEstimate>(Make("SharedFocalEstimate", fields));
+  return nb::borrow<PyUnknownFocalEstimate>(Make("UnknownFocalEstimate", fields));
 }
 
 PyAbsolutePoseEstimate ToPython(const AbsolutePoseEstimate& estimate) {
-  nb::dict fields = FieldsOf(estimate);
-  fields["pose"] = PoseOf(estimate.pose);
-  fields["pose_covariance"] = Covariance(estimate.pose_covariance);
-  fields["share_behind"] = estimate.share_behind;
-  fields["other_pose"] = estimate.other_pose ? PoseOf(*estimate.other_pose) : nb::none();
-  return nb::borrow<PyAbsolutePoseEstimate>(Make("AbsolutePoseEstimate", fields));
+  return nb::borrow<PyAbsolutePoseEstimate>(Make("AbsolutePoseEstimate", FieldsOf(estimate)));
 }
 
 PyRigidMotionEstimate ToPython(const RigidMotionEstimate& estimate) {
-  nb::dict fields = FieldsOf(estimate);
-  fields["motion"] = PoseOf(estimate.motion);
-  fields["covariance"] = Covariance(estimate.covariance);
-  fields["other_motion"] = estimate.other_motion ? PoseOf(*estimate.other_motion) : nb::none();
-  return nb::borrow<PyRigidMotionEstimate>(Make("RigidMotionEstimate", fields));
+  return nb::borrow<PyRigidMotionEstimate>(Make("RigidMotionEstimate", FieldsOf(estimate)));
 }
 
 PySimilarityEstimate ToPython(const SimilarityEstimate& estimate) {
   nb::dict fields = FieldsOf(estimate);
   fields["scale"] = estimate.scale;
-  fields["motion"] = PoseOf(estimate.motion);
-  fields["covariance"] = Covariance(estimate.covariance);
   return nb::borrow<PySimilarityEstimate>(Make("SimilarityEstimate", fields));
 }
 
-PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix3d>& estimate) { return Several(estimate); }
-PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& estimate) { return Several(estimate); }
-PyEstimates ToPython(const ModelsEstimate<Eigen::Vector3d>& estimate) { return Several(estimate); }
-PyEstimates ToPython(const ModelsEstimate<Eigen::Vector4d>& estimate) { return Several(estimate); }
+PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Matrix3d>& estimate) { return Several(estimate); }
+PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Matrix<double, 3, 4>>& estimate) {
+  return Several(estimate);
+}
+PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Vector3d>& estimate) { return Several(estimate); }
+PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Vector4d>& estimate) { return Several(estimate); }
 
 PyVanishingPointsEstimate ToPython(const VanishingPointsEstimate& estimate) {
   const bool has_directions = estimate.directions.size() == estimate.points.size() && estimate.K;

@@ -20,11 +20,11 @@ inline bool IsAnything(PyObject*) { return true; }
 
 DIFFSAC_PYTHON_RESULT(Estimate)
 DIFFSAC_PYTHON_RESULT(TwoViewEstimate)
-DIFFSAC_PYTHON_RESULT(SharedFocalEstimate)
+DIFFSAC_PYTHON_RESULT(UnknownFocalEstimate)
 DIFFSAC_PYTHON_RESULT(AbsolutePoseEstimate)
 DIFFSAC_PYTHON_RESULT(RigidMotionEstimate)
 DIFFSAC_PYTHON_RESULT(SimilarityEstimate)
-DIFFSAC_PYTHON_RESULT(Estimates)
+DIFFSAC_PYTHON_RESULT(MultiModelEstimate)
 DIFFSAC_PYTHON_RESULT(VanishingPointsEstimate)
 #undef DIFFSAC_PYTHON_RESULT
 
@@ -32,14 +32,14 @@ DIFFSAC_PYTHON_RESULT(VanishingPointsEstimate)
 PyEstimate ToPython(const LineEstimate& estimate);
 PyEstimate ToPython(const PlaneEstimate& estimate);
 PyTwoViewEstimate ToPython(const TwoViewEstimate& estimate);
-PySharedFocalEstimate ToPython(const SharedFocalEstimate& estimate);
+PyUnknownFocalEstimate ToPython(const UnknownFocalEstimate& estimate);
 PyAbsolutePoseEstimate ToPython(const AbsolutePoseEstimate& estimate);
 PyRigidMotionEstimate ToPython(const RigidMotionEstimate& estimate);
 PySimilarityEstimate ToPython(const SimilarityEstimate& estimate);
-PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix3d>& estimate);
-PyEstimates ToPython(const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& estimate);
-PyEstimates ToPython(const ModelsEstimate<Eigen::Vector3d>& estimate);
-PyEstimates ToPython(const ModelsEstimate<Eigen::Vector4d>& estimate);
+PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Matrix3d>& estimate);
+PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Matrix<double, 3, 4>>& estimate);
+PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Vector3d>& estimate);
+PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Vector4d>& estimate);
 PyVanishingPointsEstimate ToPython(const VanishingPointsEstimate& estimate);
 
 }  // namespace diffsac::python

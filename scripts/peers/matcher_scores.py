@@ -10,7 +10,7 @@ bootstrap over pairs; and what share of the matches of a score is right (within 
 probability than the library's, .05 + .9 score, which keep the order: for scenes that settings are chosen on alone. --posteriors: how far
 `posteriors` of the estimates are from the share that is right, on average over matches (expected calibration error, ten bins); right is
 within 1.5 px of the photographs as the matcher saw them, 1024 wide or high. --chance: of the estimates whose pose is within 10 degrees
-of the truth, and of those beyond 30, what share `may_be_chance` flags (learned_matches.py --turn makes pairs that are mostly wrong).
+of the truth, and of those beyond 30, what share the verdict `unsupported` flags (learned_matches.py --turn makes pairs that are mostly wrong).
 """
 import argparse
 import os
@@ -33,7 +33,7 @@ def estimate(task, pair, kept, seed, **options):
 
 
 def ours(keep=0.0, **options):
-    named = {"scores": lambda s: {"scores": s}, "ratio": lambda s: {"ratio": 1 - s}, "none": lambda s: {}}
+    named = {"scores": lambda s: {"scores": s}, "ratio": lambda s: {"snn_ratio": 1 - s}, "none": lambda s: {}}
     give = named.get(options.pop("give"), options.get("map"))
     options.pop("map", None)
 
@@ -67,9 +67,9 @@ def poselib(threshold, keep=0.0):
     return run
 
 
-ROWS = {"scores": ours(give="scores"), "1 - score as ratio, no network": ours(give="ratio", use_network=False),
-        "1 - score as ratio, its network": ours(give="ratio"), "no scores, no network": ours(give="none", use_network=False),
-        "scores, only >= .1": ours(0.1, give="scores"), "no scores, no network, only >= .1": ours(0.1, give="none", use_network=False),
+ROWS = {"scores": ours(give="scores"), "1 - score as ratio, no network": ours(give="ratio", guidance="none"),
+        "1 - score as ratio, its network": ours(give="ratio"), "no scores, no network": ours(give="none", guidance="none"),
+        "scores, only >= .1": ours(0.1, give="scores"), "no scores, no network, only >= .1": ours(0.1, give="none", guidance="none"),
         **{f"PoseLib, {t} px{', only >= .1' * (keep > 0)}": poselib(t, keep) for keep in (0.0, 0.1) for t in (0.5, 1.0, 2.0)}}
 
 
@@ -120,7 +120,7 @@ def chance(pairs, seeds):
                 found = estimate(task, pair, np.ones(len(scores), bool), seed, scores=scores)
                 if found.ok:
                     errors.append(max(errors_of_matrix(found.model, pair, task)))
-                    flagged.append(found.may_be_chance)
+                    flagged.append(found.verdict == "unsupported")
         errors, flagged = np.array(errors), np.array(flagged)
         print(f"{task}: flagged are " + ", ".join(f"{flagged[which].sum()} of {which.sum()} {what}" for what, which in (
             ("within 10 degrees", errors <= 10), ("beyond 30", errors > 30))))

@@ -36,7 +36,7 @@ Eigen::VectorXd Taken(const Eigen::VectorXd& ratios, const std::vector<int>& row
 
 void CheckSameModels(const Answer& answer, const Answer& expected) {
   CHECK(answer.status == expected.status);
-  CHECK(answer.log_false_alarms == expected.log_false_alarms);
+  CHECK(answer.diagnostics.log10_nfa == expected.diagnostics.log10_nfa);
   REQUIRE(answer.models.size() == expected.models.size());
   for (std::size_t k = 0; k < answer.models.size(); ++k) CHECK(answer.models[k] == expected.models[k]);
 }
@@ -74,8 +74,8 @@ TEST_CASE("every function: of equal rows one counts, in all digits, and all are 
       const Answer repeated = function(Taken(function.points, rows), Taken(ratios, rows));
       CheckSameModels(repeated, once);
       CHECK(repeated.labels == Taken(once.labels, rows));
-      CHECK(repeated.repeated_rows == static_cast<int>(rows.size()) - count);
-      CHECK(repeated.rows_left_out == 0);
+      CHECK(repeated.diagnostics.num_duplicates == static_cast<int>(rows.size()) - count);
+      CHECK(repeated.diagnostics.num_nonfinite == 0);
     }
   }
 }
@@ -96,7 +96,7 @@ TEST_CASE("trouble: random matches, each three times, were certain in 30 of 30")
 TEST_CASE("matches that share a keypoint were evidence, fifty of them certain among random ones") {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     Rng rng(seed);
-    Matches matches;
+    testing::OwnedMatches matches;
     matches.points1.resize(100, 2);
     matches.points2.resize(100, 2);
     for (Eigen::Index i = 0; i < 100; ++i) {
@@ -106,12 +106,12 @@ TEST_CASE("matches that share a keypoint were evidence, fifty of them certain am
     }
     for (const auto& estimate :
          {EstimateFundamental(matches), EstimateHomography(matches), EstimateEssential(matches, {kCamera, kCamera})})
-      CHECK((!estimate.ok() || estimate.may_be_chance()));
+      CHECK((!estimate.ok() || testing::MayBeChance(estimate)));
   }
 }
 
 TEST_CASE("a calibration of other points, or an inverse, is an error that names it") {
-  Matches matches;
+  testing::OwnedMatches matches;
   matches.points1 = matches.points2 = Eigen::MatrixXd::Random(50, 2).array() * 300.0 + 320.0;
   const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
   CHECK(ErrorOf([&] { EstimateEssential(matches, {unit, kCamera}); }).starts_with("K1: expected"));
@@ -119,7 +119,7 @@ TEST_CASE("a calibration of other points, or an inverse, is an error that names 
 }
 
 TEST_CASE("K1 says all of the first image of one unknown focal length") {
-  Matches matches;
+  testing::OwnedMatches matches;
   matches.points1 = matches.points2 = Eigen::MatrixXd::Random(50, 2).array() * 300.0 + 320.0;
   matches.size2 = {640, 640};
   CHECK_NOTHROW(EstimateOneFocal(matches, kCamera));
@@ -134,7 +134,7 @@ TEST_CASE("trouble: copies of the origin won planes and lines") {
     for (Eigen::Index i = function.points.rows(); i < points.rows(); i += 2) points.row(i) *= -1.0;  // −0
     const Answer without = function(function.points), with = function(points);
     CAPTURE(function.name);
-    CHECK(with.repeated_rows == 299);
+    CHECK(with.diagnostics.num_duplicates == 299);
     REQUIRE(with.models.size() == without.models.size());
     for (std::size_t i = 0; i < without.labels.size(); ++i) CHECK(with.labels[i] == without.labels[i]);
   }
@@ -164,8 +164,8 @@ TEST_CASE("every function: rows that are not finite are left out and counted, an
     const Answer answer = function(points, with_nan);
     CheckSameModels(answer, clean);
     CHECK(answer.labels == labels);
-    CHECK(answer.rows_left_out == left_out);
-    CHECK(answer.repeated_rows == 0);
+    CHECK(answer.diagnostics.num_nonfinite == left_out);
+    CHECK(answer.diagnostics.num_duplicates == 0);
   }
 }
 
@@ -208,7 +208,7 @@ TEST_CASE("trouble: without a model the mask had no values: it has N, all 0") {
     fails(PointMatrix::Zero(20, function.points.cols()), Status::kDegenerate);
     PointMatrix broken = function.points.topRows(20);
     broken.bottomRows(21 - function.minimal).col(1).setConstant(kNan);
-    CHECK(fails(broken, Status::kTooFewPoints).rows_left_out == 21 - function.minimal);
+    CHECK(fails(broken, Status::kTooFewPoints).diagnostics.num_nonfinite == 21 - function.minimal);
   }
 }
 
@@ -243,7 +243,7 @@ TEST_CASE("trouble: matrices that are no calibration were used, one error names 
   for (const bool several : {false, true}) {
     const auto call = [&] {
       const CameraPair cameras{kCamera, Eigen::Matrix3d::Zero()};
-      if (several) EstimateEssentials(testing::MatchesOf(matches.points, {}), cameras);
+      if (several) EstimateMultipleEssentials(testing::MatchesOf(matches.points, {}), cameras);
       EstimateEssential(testing::MatchesOf(matches.points, {}), cameras);
     };
     CHECK(Has(ErrorOf(call), "K2: expected a calibration matrix"));
@@ -275,7 +275,7 @@ TEST_CASE("trouble: scores and ratios that are none were taken for ratios") {
       some[17] = wrong;
       const std::string error = ErrorOf([&] { function(function.points, some); });
       CAPTURE(wrong, error);
-      CHECK(error.rfind("match_ratios: expected the nearest distance over the second-nearest, from 0 to 1", 0) == 0);
+      CHECK(error.rfind("snn_ratio: expected the nearest distance over the second-nearest, from 0 to 1", 0) == 0);
       CHECK(Has(error, "in row 17"));
     }
     Eigen::VectorXd single = ratios;
@@ -287,7 +287,7 @@ TEST_CASE("trouble: scores and ratios that are none were taken for ratios") {
 TEST_CASE("points outside the given size are an error") {
   const Eigen::Matrix<double, 50, 2> tall =
       (Eigen::MatrixXd::Random(50, 2).array() * 0.5 + 0.5).rowwise() * Eigen::Array2d(480.0, 640.0).transpose();
-  Matches matches{tall, tall};
+  testing::OwnedMatches matches{tall, tall};
   matches.size1 = {480, 640};
   for (const ImageSize& good : {ImageSize{480, 640}, ImageSize{640, 640}, ImageSize{}}) {
     matches.size2 = good;
@@ -310,32 +310,32 @@ TEST_CASE("points outside the given size are an error") {
   CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "8 of 49 points are outside, first row 0 at (5000, 5000)"));
 }
 
-TEST_CASE("sizes, principal points and similarities that make no sense are an error") {
+TEST_CASE("sizes, principal points and keypoint changes that make no sense are an error") {
   const PublicFunction function = PublicFunctions().front();
-  Matches matches = testing::MatchesOf(function.points, {});
+  testing::OwnedMatches matches = testing::MatchesOf(function.points, {});
   matches.size2 = {640, -480};
   CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "size2: expected width and height in pixels"));
   matches.size2 = {640, 480};
   FocalOptions options;
   options.principal_point2 = Eigen::Vector2d(320.0, kNan);
   CHECK(Has(ErrorOf([&] { EstimateSharedFocal(matches, options); }), "principal_point2: expected finite pixels"));
-  matches.similarities = Eigen::MatrixXd::Zero(function.points.rows(), 2);
-  matches.similarities(3, 1) = kNan;
-  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "similarities: expected finite values"));
+  matches.scale_rotation_changes = Eigen::MatrixXd::Zero(function.points.rows(), 2);
+  matches.scale_rotation_changes(3, 1) = kNan;
+  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "scale_rotation_changes: expected finite values"));
   matches.points2(3, 0) = kNan;
-  CHECK(EstimateFundamental(matches).rows_left_out == 1);
+  CHECK(EstimateFundamental(matches).diagnostics.num_nonfinite == 1);
   matches = testing::MatchesOf(function.points, {});
   const auto upright = EstimateFundamental(matches);
-  matches.similarities.setZero(function.points.rows(), 2);
+  matches.scale_rotation_changes.setZero(function.points.rows(), 2);
   const auto given = EstimateFundamental(matches);
   CHECK((upright.ok() && given.ok()));
-  matches.similarities.col(1).setConstant(2.0 * M_PI);
+  matches.scale_rotation_changes.col(1).setConstant(2.0 * M_PI);
   CHECK(EstimateFundamental(matches).model == given.model);  // A full turn is none.
-  matches.similarities.resize(7, 2);
-  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "similarities: expected one for each of"));
-  matches.similarities.resize(0, 2);
-  matches.match_ratios.setOnes(7);
-  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "match_ratios: expected one for each of"));
+  matches.scale_rotation_changes.resize(7, 2);
+  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "scale_rotation_changes: expected one for each of"));
+  matches.scale_rotation_changes.resize(0, 2);
+  matches.snn_ratio.setOnes(7);
+  CHECK(Has(ErrorOf([&] { EstimateFundamental(matches); }), "snn_ratio: expected one for each of"));
 }
 
 }  // namespace diffsac

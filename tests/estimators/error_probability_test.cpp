@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "diffsac/diffsac.h"
+#include "estimators/owned_matches.h"
 #include "geometry/two_view_problems.h"
 
 namespace diffsac {
@@ -12,10 +13,10 @@ namespace {
 const Eigen::Matrix3d kCamera{{1000.0, 0.0, 640.0}, {0.0, 1000.0, 480.0}, {0.0, 0.0, 1.0}};
 
 /// Matches of a wavy surface, seen by a camera that moved; the last `wrong` of them are anywhere.
-Matches Views(int right, int wrong, int seed) {
+testing::OwnedMatches Views(int right, int wrong, int seed) {
   Rng rng(seed);
   const RelativePose pose = testing::RandomPose(rng, 0.2);
-  Matches matches;
+  testing::OwnedMatches matches;
   const int count = right + wrong;
   matches.points1.resize(count, 2);
   matches.points2.resize(count, 2);
@@ -31,7 +32,7 @@ Matches Views(int right, int wrong, int seed) {
   return matches;
 }
 
-TwoViewEstimate Find(const Matches& matches) {
+TwoViewEstimate Find(const testing::OwnedMatches& matches) {
   ImageOptions options;
   options.guidance = Guidance::kNone;
   return EstimateFundamental(matches, options);
@@ -42,48 +43,48 @@ TwoViewEstimate Find(const Matches& matches) {
 TEST_CASE("clear models are likely right") {
   for (int seed = 0; seed < 5; ++seed) {
     const TwoViewEstimate clear = Find(Views(300, 50, seed)), chance = Find(Views(8, 200, seed));
-    CAPTURE(seed, clear.error_probability, chance.error_probability);
+    CAPTURE(seed, clear.diagnostics.error_probability, chance.diagnostics.error_probability);
     REQUIRE(clear.ok());
-    CHECK(clear.error_probability < 0.2);
-    CHECK_FALSE(clear.may_be_wrong());
+    CHECK(clear.diagnostics.error_probability < 0.2);
+    CHECK_FALSE(testing::MayBeWrong(clear));
     if (!chance.ok()) continue;
-    CHECK(chance.error_probability > 2.0 * clear.error_probability);
-    CHECK(chance.may_be_wrong());
+    CHECK(chance.diagnostics.error_probability > 2.0 * clear.diagnostics.error_probability);
+    CHECK(testing::MayBeWrong(chance));
   }
 }
 
 TEST_CASE("a mirrored photograph is told") {
   int told = 0;
   for (int seed = 0; seed < 6; ++seed) {
-    Matches matches = Views(200, 100, seed);
+    testing::OwnedMatches matches = Views(200, 100, seed);
     ImageOptions options;
     options.guidance = Guidance::kNone;
-    CHECK_FALSE(EstimateEssential(matches, {kCamera, kCamera}, options).mirrored);
+    CHECK_FALSE(EstimateEssential(matches, {kCamera, kCamera}, options).diagnostics.mirrored);
     matches.points2.col(0) = 1279.0 - matches.points2.col(0).array();
     const TwoViewEstimate estimate = EstimateEssential(matches, {kCamera, kCamera}, options);
-    told += estimate.mirrored;
-    if (!estimate.mirrored) continue;
-    CHECK(estimate.may_be_chance());
+    told += estimate.diagnostics.mirrored;
+    if (!estimate.diagnostics.mirrored) continue;
+    CHECK(testing::MayBeChance(estimate));
     CHECK_FALSE(estimate.pose_covariance);
-    CHECK(estimate.translation == Translation::kNotTested);
+    CHECK(estimate.diagnostics.degeneracy == Translation::kNotTested);
   }
   CHECK(told >= 4);
-  CHECK_FALSE(Find(Views(8, 200, 1)).mirrored);
+  CHECK_FALSE(Find(Views(8, 200, 1)).diagnostics.mirrored);
 }
 
 TEST_CASE("the error probability knows no unit") {
-  Matches matches = Views(80, 80, 3);
-  const double once = Find(matches).error_probability;
+  testing::OwnedMatches matches = Views(80, 80, 3);
+  const double once = Find(matches).diagnostics.error_probability;
   matches.points1 *= 1e-3;
   matches.points2 *= 1e-3;
-  CHECK(Find(matches).error_probability == Approx(once).margin(0.02));
+  CHECK(Find(matches).diagnostics.error_probability == Approx(once).margin(0.02));
 }
 
 TEST_CASE("other tasks have no error probability") {
-  const Matches matches = Views(80, 10, 1);
-  CHECK(std::isnan(EstimateHomography(matches).error_probability));
-  Matches none;
-  CHECK(std::isnan(Find(none).error_probability));
+  const testing::OwnedMatches matches = Views(80, 10, 1);
+  CHECK(std::isnan(EstimateHomography(matches).diagnostics.error_probability));
+  testing::OwnedMatches none;
+  CHECK(std::isnan(Find(none).diagnostics.error_probability));
 }
 
 }  // namespace diffsac

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "diffsac/problem/match_probabilities.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {

@@ -8,6 +8,7 @@
 #include "diffsac/estimators/presets.h"
 #include "diffsac/estimators/second_search.h"
 #include "diffsac/problem/tasks.h"
+#include "estimators/owned_matches.h"
 #include "geometry/two_view_problems.h"
 
 namespace diffsac {
@@ -31,17 +32,17 @@ TEST_CASE("an estimator that is kept says what the functions say, problem by pro
   const Estimator estimator(Task::kEssential);
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
     const Problem problem = Calibrated(seed);
-    Matches matches{problem.points.leftCols(2), problem.points.rightCols(2), problem.match_ratio};
+    testing::OwnedMatches matches{problem.points.leftCols(2), problem.points.rightCols(2), problem.match_ratio};
     ImageOptions options;
     options.seed = seed;
-    options.max_residual_px = 1.0;
+    options.max_residual = 1.0;
     const TwoViewEstimate once = EstimateEssential(matches, *problem.cameras, options);
     const Estimate kept = estimator.Run(problem, seed);
     REQUIRE(once.ok());
     REQUIRE(kept.status == Status::kOk);
     CHECK(ModelMatrix(kept.model) == once.model);
     CHECK(kept.inliers == once.inliers);
-    CHECK(kept.report.draws == once.cost.draws);
+    CHECK(kept.report.draws == once.stats.draws);
     CHECK(estimator.Run(problem, seed).model == kept.model);
   }
 }
@@ -73,14 +74,14 @@ TEST_CASE("what an estimator cannot do is said") {
 
 TEST_CASE("a threshold that was asked for widens the range") {
   Problem problem = Calibrated(2);
-  problem.inlier_threshold = UsualThreshold(Task::kEssential);
+  SetThreshold(UsualThreshold(Task::kEssential), &problem);
   CHECK(NoiseRangeOf(problem, true).least == 1.0);
   CHECK(NoiseRangeOf(problem, true).greatest == 1.0);
-  problem.inlier_threshold = 40.0;
+  SetThreshold(40.0, &problem);
   CHECK(NoiseRangeOf(problem, false).greatest == 1.0);
   CHECK(NoiseRangeOf(problem, true).greatest == 40.0);
   CHECK(NoiseRangeOf(problem, true).least < 5.0);
-  problem.inlier_threshold = 1e-3;
+  SetThreshold(1e-3, &problem);
   CHECK(NoiseRangeOf(problem, true).least == 1e-3);
   CHECK(NoiseRangeOf(problem, true).greatest > 0.1);
 }

@@ -7,6 +7,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/diffsac.h"
 #include "diffsac/geometry/pose.h"
+#include "estimators/owned_matches.h"
 
 namespace diffsac {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 const Eigen::Matrix3d kCamera{{1500.0, 0.0, 960.0}, {0.0, 1500.0, 540.0}, {0.0, 0.0, 1.0}};
 
 struct Target {
-  ScenePoints points;
+  testing::OwnedMatches2D3D points;
   RigidMotion pose;
   /// Whether an estimate is nearer to the other pose, whose normal is mirrored at the line of sight.
   bool Flipped(const Eigen::Matrix3d& rotation) const {
@@ -56,13 +57,14 @@ Tally Study(int grid, double distance, double noise_px, double relief = 0.0) {
     const Target target = MakeTarget(i, grid, distance, noise_px, relief);
     const auto estimate = EstimateAbsolutePose(target.points, kCamera);
     REQUIRE(estimate.ok());
-    const bool flipped = target.Flipped(estimate.pose.rotation);
+    const bool flipped = target.Flipped(estimate.pose->rotation);
     tally.flipped += flipped;
-    tally.ambiguous += estimate.ambiguous();
-    tally.silent += flipped && !estimate.ambiguous();
-    tally.wrong_other += estimate.ambiguous() && target.Flipped(estimate.other_pose->rotation) == flipped;
+    tally.ambiguous += estimate.ambiguous_pose.has_value();
+    tally.silent += flipped && !estimate.ambiguous_pose.has_value();
+    tally.wrong_other +=
+        estimate.ambiguous_pose.has_value() && target.Flipped(estimate.ambiguous_pose->rotation) == flipped;
     // A covariance of one pose would say nothing of the other.
-    CHECK(estimate.pose_covariance.has_value() == !estimate.ambiguous());
+    CHECK(estimate.pose_covariance.has_value() == !estimate.ambiguous_pose.has_value());
   }
   return tally;
 }

@@ -7,6 +7,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/diffsac.h"
+#include "estimators/owned_matches.h"
 #include "geometry/two_view_problems.h"
 
 namespace diffsac {
@@ -35,7 +36,8 @@ Labelled Matches300(bool plane, Rng& rng) {
 }
 
 TwoViewEstimate EstimateOf(bool plane, const Labelled& made, double unit = 1.0) {
-  const Matches matches{unit * made.points.leftCols(2), unit * made.points.rightCols(2), {}, {}, {}, {}, made.scores};
+  const testing::OwnedMatches matches{
+      unit * made.points.leftCols(2), unit * made.points.rightCols(2), {}, {}, {}, {}, made.scores};
   return plane ? EstimateHomography(matches, {}) : EstimateFundamental(matches, {});
 }
 
@@ -83,7 +85,7 @@ TEST_CASE("Exact points have certain posteriors") {
   Eigen::Matrix<double, Eigen::Dynamic, 2> points(60, 2);
   Rng rng(1);
   for (int i = 0; i < 60; ++i) points.row(i) << i, i < 40 ? 0.0 : rng.Uniform(5, 60);
-  const LineEstimate line = EstimateLine(points, PointOptions(1.0));
+  const LineEstimate line = EstimateLine(points, PointOptions{.max_residual = 1.0});
   REQUIRE(line.ok());
   for (int i = 0; i < 60; ++i) CHECK((i < 40 ? line.posteriors[i] > 0.95F : line.posteriors[i] < 0.05F));
 }

@@ -6,6 +6,8 @@
 #include <string>
 
 #include "diffsac/diffsac.h"
+#include "diffsac/estimators/estimate_options.h"
+#include "estimators/owned_matches.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
@@ -30,7 +32,7 @@ std::unique_ptr<RobustEstimator> Recommended(Task task) {
 
 Problem ProblemOf(const std::string& yaml) { return MakeDataset(ConfigFromYaml(yaml), 3)->Get(0).problem; }
 
-Matches MatchesOf(const Problem& problem) {
+testing::OwnedMatches MatchesOf(const Problem& problem) {
   return {problem.points.leftCols(2), problem.points.rightCols(2), problem.match_ratio, problem.size1, problem.size2};
 }
 
@@ -44,8 +46,8 @@ void CheckSame(const Result& result, const Estimate& row) {
   CHECK(result.model == Eigen::Map<const Layout>(row.model.data()));
   CHECK(result.inliers == row.inliers);
   CHECK(result.inlier_threshold == row.inlier_threshold);
-  CHECK(result.cost.hypotheses == row.report.hypotheses);
-  CHECK(result.cost.draws == row.report.draws);
+  CHECK(result.stats.hypotheses == row.report.hypotheses);
+  CHECK(result.stats.draws == row.report.draws);
 }
 
 ImageOptions Seeded(bool use_network) {
@@ -66,11 +68,11 @@ TEST_CASE("the functions of two views give the digits of the tables' rows") {
     const ImageOptions options = Seeded(network);
     Problem problem = ProblemOf(kViews + std::string("fundamental}"));
     problem.cameras.reset();
-    problem.inlier_threshold = 1.0;
+    SetThreshold(1.0, &problem);
     CheckSame(EstimateFundamental(MatchesOf(problem), options),
               Row("tables/learned_prosac_fundamental.yaml", name)->Run(problem, options.seed));
     problem = ProblemOf(kViews + std::string("essential}"));
-    problem.inlier_threshold = 1.0;
+    SetThreshold(1.0, &problem);
     const auto essential = EstimateEssential(MatchesOf(problem), *problem.cameras, options);
     const Estimate row_of_e = Row("tables/learned_prosac_essential.yaml", name)->Run(problem, options.seed);
     CheckSame(essential, row_of_e);
@@ -79,26 +81,48 @@ TEST_CASE("the functions of two views give the digits of the tables' rows") {
     CHECK(essential.pose_covariance == row_of_e.pose_covariance);
     problem = ProblemOf(kViews + std::string("homography}"));
     problem.cameras.reset();
-    problem.inlier_threshold = 3.0;
+    SetThreshold(3.0, &problem);
     const std::string row = network ? "learned_prosac" : "prosac_marginalised_confident";
     CheckSame(EstimateHomography(MatchesOf(problem), options),
               Row("tables/learned_homography.yaml", row)->Run(problem, options.seed));
   }
 }
 
+TEST_CASE("functions tables and diffsac_pair agree to the bit") {
+  Problem problem = ProblemOf(kViews + std::string("essential}"));
+  ImageOptions options = Seeded(true);
+  for (const double threshold : {0.25, 4.0, 40.0}) {
+    CAPTURE(threshold);
+    options.max_residual = threshold;
+    SetThreshold(threshold, &problem);
+    for (const bool reversed : {false, true}) {
+      if (reversed) problem.match_ratio = 1.0 - problem.match_ratio.array();
+      const auto result = EstimateEssential(MatchesOf(problem), *problem.cameras, options);
+      for (const char* config : {"tables/learned_prosac_essential.yaml", "pair/essential.yaml"}) {
+        const Estimate row = Row(config, "learned_prosac")->Run(problem, options.seed);
+        CheckSame(result, row);
+        CHECK(result.diagnostics.scores_ignored == row.scores_ignored);
+        CHECK(result.pose->rotation == row.pose->rotation);
+        CHECK(result.pose_covariance == row.pose_covariance);
+      }
+    }
+    problem.match_ratio = 1.0 - problem.match_ratio.array();
+  }
+}
+
 TEST_CASE("the functions of lines and planes stop when they are confident") {
-  PointOptions options(0.1);
+  PointOptions options{.max_residual = 0.1};
   options.seed = 5;
   const Problem problem = ProblemOf("{type: synthetic_line, outlier_ratio: 0.3}");
   const auto line = EstimateLine(problem.points, options);
-  CHECK(line.cost.draws == 50);
+  CHECK(line.stats.draws == 50);
   const Estimate all = Row("tables/line.yaml", "ransac_em")->Run(problem, 5);
   CHECK(all.report.draws == 420);
   CHECK((all.model - line.model).norm() < 1e-3);
 }
 
 TEST_CASE("the functions of lines and planes, and of several, give the digits of the tables' rows") {
-  PointOptions options(0.1);
+  PointOptions options{.max_residual = 0.1};
   options.seed = 5;
   Problem problem = ProblemOf("{type: synthetic_line, outlier_ratio: 0.6}");
   CheckSame(EstimateLine(problem.points, options), Recommended(Task::kLine)->Run(problem, 5));
@@ -106,7 +130,7 @@ TEST_CASE("the functions of lines and planes, and of several, give the digits of
   CheckSame(EstimatePlane(problem.points, options), Recommended(Task::kPlane)->Run(problem, 5));
   problem = ProblemOf("{type: synthetic_structures, task: line, structures: 3, num_points: 150, outlier_ratio: 0.2}");
   const Estimate row = Row("tables/multi_line.yaml", "napsac_1000")->Run(problem, 5);
-  const auto lines = EstimateLines(problem.points, options);
+  const auto lines = EstimateMultipleLines(problem.points, options);
   REQUIRE(lines.models.size() == row.structures.size());
   CHECK(lines.models.size() >= 2);
   for (std::size_t i = 0; i < lines.models.size(); ++i) CHECK(lines.models[i] == row.structures[i]);
@@ -131,11 +155,11 @@ TEST_CASE("options in C++ are held to their limits, the message names field and 
   EstimateOptions options;
   CHECK_NOTHROW(options.Check());
   options.max_iterations = -1;
-  CHECK_THROWS_WITH(options.Check(), "max_iterations: expected from 0 to 10000000");
-  CHECK_THROWS_WITH(PointOptions(0.0).Check(), Catch::StartsWith("max_distance: expected"));
-  ImageOptions image;
-  image.max_residual_px = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THROWS_WITH(image.Check(), Catch::StartsWith("max_residual_px: expected"));
+  CHECK_THROWS_WITH(options.Check(), "max_iterations: expected from 1 to 10000000");
+  CHECK_THROWS_WITH(EstimateLine(Points2DView(), {.max_residual = 0.0}), Catch::StartsWith("max_residual: expected"));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(EstimateFundamental({}, {.max_residual = nan}), Catch::StartsWith("max_residual: expected"));
+  CHECK_THROWS_AS(EstimatePlane({}, {}), std::invalid_argument);
 }
 
 TEST_CASE("fewer draws than the least that confidence asks for are possible") {
@@ -145,7 +169,7 @@ TEST_CASE("fewer draws than the least that confidence asks for are possible") {
     options.max_iterations = 20;
     const auto estimate = EstimateFundamental(MatchesOf(problem), options);
     CHECK(estimate.ok());
-    CHECK(estimate.cost.draws <= 20);
+    CHECK(estimate.stats.draws <= 20);
   }
 }
 

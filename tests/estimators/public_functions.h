@@ -10,6 +10,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/diffsac.h"
+#include "estimators/owned_matches.h"
 #include "geometry/cloud_scene.h"
 #include "geometry/segments.h"
 
@@ -20,10 +21,8 @@ struct Answer {
   Status status = Status::kNoModel;
   std::vector<Eigen::MatrixXd> models;  ///< One, or several; none without success.
   std::vector<int> labels;              ///< The mask, or the assignment.
-  double log_false_alarms = 0.0;        ///< Of one model.
-  int rows_left_out = 0, repeated_rows = 0;
-  bool scores_ignored = false;
-  bool is_certain() const { return status == Status::kOk && !(log_false_alarms > 0.0); }
+  Diagnostics diagnostics = {};
+  bool is_certain() const { return status == Status::kOk && !(diagnostics.log10_nfa > 0.0); }
 };
 
 /// A function of diffsac/diffsac.h with data that it is for. Rows are those of Problem::points.
@@ -49,14 +48,13 @@ template <class Result>
 Answer AnswerOf(const Result& result) {
   Answer answer;
   answer.status = result.status;
-  answer.rows_left_out = result.rows_left_out;
-  answer.repeated_rows = result.repeated_rows;
   if constexpr (requires { result.model; }) {
     if (result.ok()) answer.models.push_back(result.model);
     answer.labels.assign(result.inliers.begin(), result.inliers.end());
-    answer.log_false_alarms = result.log_false_alarms;
-    if constexpr (requires { result.scores_ignored; }) answer.scores_ignored = result.scores_ignored;
+    answer.diagnostics = result.diagnostics;
   } else {
+    answer.diagnostics.num_nonfinite = result.num_nonfinite;
+    answer.diagnostics.num_duplicates = result.num_duplicates;
     answer.labels.assign(result.assignment.begin(), result.assignment.end());
     if constexpr (requires { result.points; }) {
       answer.models.assign(result.points.begin(), result.points.end());
@@ -99,7 +97,7 @@ inline PointMatrix FlatRows(int count, int dimension, int structures, std::uint6
   return rows;
 }
 
-inline Matches MatchesOf(const PointMatrix& rows, const Eigen::VectorXd& ratios) {
+inline OwnedMatches MatchesOf(const PointMatrix& rows, const Eigen::VectorXd& ratios) {
   return {rows.leftCols(2), rows.rightCols(2), ratios, {640, 480}, {640, 480}};
 }
 
@@ -109,10 +107,10 @@ inline std::vector<PublicFunction> PublicFunctions() {
   using K3 = Eigen::Matrix3d;
   const PointMatrix general = SceneRows(200, 0, 1), flat = SceneRows(200, 1, 2), walls = SceneRows(240, 2, 3);
   const PointMatrix room = RoomSegments(0.7, 0.15, 0.05, 30, 0.2, 20, Rng(2)).segments;
-  const PointOptions within(0.1);
+  const PointOptions within{.max_residual = 0.1};
   VanishingPointOptions vanishing;
   vanishing.size = {640, 480};
-  const auto scene = [](const PointMatrix& rows, const Ratios& ratios) -> ScenePoints {
+  const auto scene = [](const PointMatrix& rows, const Ratios& ratios) -> OwnedMatches2D3D {
     return {rows.leftCols(3), rows.rightCols(2), ratios};
   };
   const PointMatrix matches = general.rightCols(4);
@@ -152,7 +150,7 @@ inline std::vector<PublicFunction> PublicFunctions() {
       [](const PointMatrix& p, const Ratios& r, const K3& K) { return EstimateOneFocal(MatchesOf(p, r), K); });
   add("EstimateAbsolutePose", 3, true, poses, {"K"},
       [=](const PointMatrix& p, const Ratios& r, const K3& K) { return EstimateAbsolutePose(scene(p, r), K); });
-  const auto clouds = [](const PointMatrix& rows, const Ratios& ratios) -> CloudMatches {
+  const auto clouds = [](const PointMatrix& rows, const Ratios& ratios) -> OwnedMatches3D3D {
     return {rows.leftCols(3), rows.rightCols(3), ratios};
   };
   PointMatrix cloud = MakeCloudScene(200, 0.25, 0.01, Rng(6)).points,
@@ -163,28 +161,30 @@ inline std::vector<PublicFunction> PublicFunctions() {
     for (int i = 0; i < 200; ++i) rows->row(i) = ordered.row(i % 4 == 3 ? i / 4 : 50 + i - (i + 1) / 4);
   }
   add("EstimateRigidMotion", 3, true, cloud, {}, [=](const PointMatrix& p, const Ratios& r, const K3&) {
-    return EstimateRigidMotion(clouds(p, r), CloudOptions(0.05));
+    return EstimateRigidMotion(clouds(p, r), RegistrationOptions{.max_residual = 0.05});
   });
   add("EstimateSimilarity", 3, true, larger, {}, [=](const PointMatrix& p, const Ratios& r, const K3&) {
-    return EstimateSimilarity(clouds(p, r), CloudOptions(0.1));
+    return EstimateSimilarity(clouds(p, r), RegistrationOptions{.max_residual = 0.1});
   });
   add("EstimateLine", 2, false, FlatRows(100, 2, 1, 1), {},
       [=](const PointMatrix& p, const Ratios&, const K3&) { return EstimateLine(p, within); });
   add("EstimatePlane", 3, false, FlatRows(100, 3, 1, 2), {},
       [=](const PointMatrix& p, const Ratios&, const K3&) { return EstimatePlane(p, within); });
-  add("EstimateFundamentals", 7, true, matches, {},
-      [](const PointMatrix& p, const Ratios& r, const K3&) { return EstimateFundamentals(MatchesOf(p, r)); });
-  add("EstimateEssentials", 5, true, matches, {"K1", "K2"}, [](const PointMatrix& p, const Ratios& r, const K3& K) {
-    return EstimateEssentials(MatchesOf(p, r), {K, K});
+  add("EstimateMultipleFundamentals", 7, true, matches, {},
+      [](const PointMatrix& p, const Ratios& r, const K3&) { return EstimateMultipleFundamentals(MatchesOf(p, r)); });
+  add("EstimateMultipleEssentials", 5, true, matches, {"K1", "K2"},
+      [](const PointMatrix& p, const Ratios& r, const K3& K) {
+        return EstimateMultipleEssentials(MatchesOf(p, r), {K, K});
+      });
+  add("EstimateMultipleHomographies", 4, true, walls.rightCols(4), {},
+      [](const PointMatrix& p, const Ratios& r, const K3&) { return EstimateMultipleHomographies(MatchesOf(p, r)); });
+  add("EstimateMultipleAbsolutePoses", 3, true, poses, {"K"}, [=](const PointMatrix& p, const Ratios& r, const K3& K) {
+    return EstimateMultipleAbsolutePoses(scene(p, r), K);
   });
-  add("EstimateHomographies", 4, true, walls.rightCols(4), {},
-      [](const PointMatrix& p, const Ratios& r, const K3&) { return EstimateHomographies(MatchesOf(p, r)); });
-  add("EstimateAbsolutePoses", 3, true, poses, {"K"},
-      [=](const PointMatrix& p, const Ratios& r, const K3& K) { return EstimateAbsolutePoses(scene(p, r), K); });
-  add("EstimateLines", 2, false, FlatRows(120, 2, 2, 3), {},
-      [=](const PointMatrix& p, const Ratios&, const K3&) { return EstimateLines(p, within); });
-  add("EstimatePlanes", 3, false, FlatRows(160, 3, 2, 4), {},
-      [=](const PointMatrix& p, const Ratios&, const K3&) { return EstimatePlanes(p, within); });
+  add("EstimateMultipleLines", 2, false, FlatRows(120, 2, 2, 3), {},
+      [=](const PointMatrix& p, const Ratios&, const K3&) { return EstimateMultipleLines(p, within); });
+  add("EstimateMultiplePlanes", 3, false, FlatRows(160, 3, 2, 4), {},
+      [=](const PointMatrix& p, const Ratios&, const K3&) { return EstimateMultiplePlanes(p, within); });
   return all;
 }
 

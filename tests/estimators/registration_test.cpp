@@ -13,6 +13,7 @@
 #include "diffsac/geometry/pose.h"
 #include "diffsac/problem/chance_share.h"
 #include "diffsac/problem/tasks.h"
+#include "estimators/owned_matches.h"
 #include "geometry/cloud_scene.h"
 #include "geometry/normalized_errors.h"
 
@@ -24,10 +25,10 @@ using testing::MakeCloudScene;
 
 constexpr double kChiSquare95Of6 = 12.592, kChiSquare95Of7 = 14.067;
 
-CloudMatches MatchesOf(const PointMatrix& points) { return {points.leftCols(3), points.rightCols(3)}; }
+testing::OwnedMatches3D3D MatchesOf(const PointMatrix& points) { return {points.leftCols(3), points.rightCols(3)}; }
 
 RigidMotionEstimate Rigidly(const PointMatrix& points, double allowed = 0.05) {
-  return EstimateRigidMotion(MatchesOf(points), CloudOptions(allowed));
+  return EstimateRigidMotion(MatchesOf(points), RegistrationOptions{.max_residual = allowed});
 }
 
 double DegreesOff(const RigidMotion& motion, const Rigid::Parameters& truth) {
@@ -53,7 +54,7 @@ PointMatrix WithRows(const PointMatrix& points, const PointMatrix& more) {
 
 /// The default distance is near that of the scene alone.
 template <class Result>
-Result CheckDistance(Result (*estimate)(const CloudMatches&, const CloudOptions&), const CloudScene& scene,
+Result CheckDistance(Result (*estimate)(const Matches3D3D&, const RegistrationOptions&), const CloudScene& scene,
                      const PointMatrix& points, double nearness) {
   const double alone = estimate(MatchesOf(scene.points), {}).inlier_threshold;
   Result found = estimate(MatchesOf(points), {});
@@ -67,12 +68,12 @@ Result CheckDistance(Result (*estimate)(const CloudMatches&, const CloudOptions&
 /// cloud to that place, whatever distance is given.
 void CheckDefaults(const CloudScene& scene, const PointMatrix& points, double nearness, bool shrinks = false) {
   const auto rigid = CheckDistance(&EstimateRigidMotion, scene, points, nearness);
-  CHECK_FALSE(rigid.may_be_chance());
-  CHECK(DegreesOff(rigid.motion, scene.truth) < 0.3);
+  CHECK_FALSE(testing::MayBeChance(rigid));
+  CHECK(DegreesOff(*rigid.pose, scene.truth) < 0.3);
   const auto similar = CheckDistance(&EstimateSimilarity, scene, points, nearness);
   if (shrinks) return;
-  CHECK_FALSE(similar.may_be_chance());
-  CHECK(DegreesOff(similar.motion, scene.truth) < 0.3);
+  CHECK_FALSE(testing::MayBeChance(similar));
+  CHECK(DegreesOff(*similar.pose, scene.truth) < 0.3);
 }
 
 }  // namespace
@@ -81,13 +82,13 @@ TEST_CASE("a motion is found where one match of a hundred is right, and random m
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     const CloudScene scene = MakeCloudScene(3000, 0.985, 0.01, Rng(1).Fork("scene", seed));
     const RigidMotionEstimate estimate = Rigidly(scene.points);
-    CAPTURE(seed, estimate.num_inliers, estimate.log_false_alarms);
+    CAPTURE(seed, estimate.num_inliers, estimate.diagnostics.log10_nfa);
     REQUIRE(estimate.ok());
-    CHECK_FALSE(estimate.may_be_chance());
-    CHECK(DegreesOff(estimate.motion, scene.truth) < 1.0);
-    CHECK(estimate.noise_scale == Approx(0.01).epsilon(0.4));
+    CHECK_FALSE(testing::MayBeChance(estimate));
+    CHECK(DegreesOff(*estimate.pose, scene.truth) < 1.0);
+    CHECK(estimate.sigma == Approx(0.01).epsilon(0.4));
     const RigidMotionEstimate chance = Rigidly(MakeCloudScene(3000, 1.0, 0.01, Rng(2).Fork("scene", seed)).points);
-    CHECK((!chance.ok() || chance.may_be_chance()));
+    CHECK((!chance.ok() || testing::MayBeChance(chance)));
   }
 }
 
@@ -95,9 +96,9 @@ TEST_CASE("too few matches, one line, one place, values that are not finite and 
   const CloudScene scene = MakeCloudScene(40, 0.0, 0.001, Rng(3));
   for (int count = 0; count < 3; ++count) CHECK(Rigidly(scene.points.topRows(count)).status == Status::kTooFewPoints);
   const RigidMotionEstimate three = Rigidly(scene.points.topRows(3));
-  CHECK((!three.ok() || three.may_be_chance()));
+  CHECK((!three.ok() || testing::MayBeChance(three)));
   const RigidMotionEstimate four = Rigidly(scene.points.topRows(4));
-  CHECK((!four.ok() || DegreesOff(four.motion, scene.truth) < 5.0));
+  CHECK((!four.ok() || DegreesOff(*four.pose, scene.truth) < 5.0));
   PointMatrix line = scene.points;
   for (Eigen::Index i = 0; i < line.rows(); ++i) line.row(i) = scene.points.row(0) + i * scene.points.row(1);
   CHECK(Rigidly(line).status == Status::kDegenerate);
@@ -105,21 +106,23 @@ TEST_CASE("too few matches, one line, one place, values that are not finite and 
   PointMatrix broken = scene.points;
   broken.col(4).setConstant(std::numeric_limits<double>::quiet_NaN());
   CHECK(Rigidly(broken).status == Status::kTooFewPoints);
-  CHECK(Rigidly(broken).rows_left_out == 40);
+  CHECK(Rigidly(broken).diagnostics.num_nonfinite == 40);
   PointMatrix mirrored = scene.points;
   mirrored.col(1) *= -1.0;
   const RigidMotionEstimate wrong = Rigidly(mirrored);
-  CHECK((!wrong.ok() || wrong.may_be_chance()));
+  CHECK((!wrong.ok() || testing::MayBeChance(wrong)));
   // One plane determines a motion.
   const CloudScene flat = MakeCloudScene(100, 0.3, 0.005, Rng(4), 1.0, 0.0);
-  CHECK(DegreesOff(Rigidly(flat.points).motion, flat.truth) < 1.0);
+  CHECK(DegreesOff(*Rigidly(flat.points).pose, flat.truth) < 1.0);
 }
 
 TEST_CASE("options of clouds that make no sense, and unlike lengths, are errors that name them") {
-  const CloudMatches matches = MatchesOf(MakeCloudScene(10, 0.0, 0.01, Rng(5)).points);
+  const testing::OwnedMatches3D3D matches = MatchesOf(MakeCloudScene(10, 0.0, 0.01, Rng(5)).points);
   for (const double wrong : {-1.0, std::numeric_limits<double>::infinity(), std::nan("")})
-    CHECK(ErrorOf([&] { EstimateRigidMotion(matches, CloudOptions(wrong)); }).starts_with("max_distance: "));
-  CloudMatches unlike = matches;
+    CHECK(ErrorOf([&] {
+            EstimateRigidMotion(matches, RegistrationOptions{.max_residual = wrong});
+          }).starts_with("max_residual: "));
+  testing::OwnedMatches3D3D unlike = matches;
   unlike.points2.conservativeResize(9, 3);
   CHECK(ErrorOf([&] { EstimateSimilarity(unlike); }).starts_with("points2: expected as many rows as points1"));
 }
@@ -129,17 +132,17 @@ TEST_CASE("a thing that looks the same after half a turn has two motions, and on
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     CloudScene scene = MakeCloudScene(400, 0.3, 0.005, Rng(6).Fork("scene", seed));
     const RigidMotionEstimate one = Rigidly(scene.points);
-    CHECK_FALSE(one.ambiguous());
-    CHECK(one.covariance);
+    CHECK_FALSE(one.ambiguous_pose.has_value());
+    CHECK(one.pose_covariance);
     // Every second match is to where it would be after half a turn about the third axis.
     for (Eigen::Index i = 1; i < 400; i += 2) scene.points.row(i).head<2>() *= -1.0;
     const RigidMotionEstimate two = Rigidly(scene.points);
     REQUIRE(two.ok());
-    told += two.ambiguous() ? 1 : 0;
-    if (!two.ambiguous()) continue;
-    CHECK_FALSE(two.covariance);
-    CHECK(RotationAngleDegrees(two.motion.rotation, two.other_motion->rotation) > 179.0);
-    CHECK(std::min(DegreesOff(two.motion, scene.truth), DegreesOff(*two.other_motion, scene.truth)) < 1.0);
+    told += two.ambiguous_pose.has_value() ? 1 : 0;
+    if (!two.ambiguous_pose.has_value()) continue;
+    CHECK_FALSE(two.pose_covariance);
+    CHECK(RotationAngleDegrees(two.pose->rotation, two.ambiguous_pose->rotation) > 179.0);
+    CHECK(std::min(DegreesOff(*two.pose, scene.truth), DegreesOff(*two.ambiguous_pose, scene.truth)) < 1.0);
   }
   CHECK(told >= 9);
 }
@@ -154,11 +157,11 @@ TEST_CASE("turning and moving either cloud turns the motion and changes nothing 
       points.middleCols(side, 3) =
           (points.middleCols(side, 3) * RotationOf(change).transpose()).rowwise() + TranslationOf(change).transpose();
       const RigidMotionEstimate turned = Rigidly(points);
-      const Eigen::Matrix3d expected = side == 0 ? Eigen::Matrix3d(one.motion.rotation * RotationOf(change).transpose())
-                                                 : Eigen::Matrix3d(RotationOf(change) * one.motion.rotation);
+      const Eigen::Matrix3d expected = side == 0 ? Eigen::Matrix3d(one.pose->rotation * RotationOf(change).transpose())
+                                                 : Eigen::Matrix3d(RotationOf(change) * one.pose->rotation);
       CHECK(turned.inliers == one.inliers);
-      CHECK((turned.motion.rotation - expected).norm() < 1e-5);
-      CHECK(turned.noise_scale == Approx(one.noise_scale).epsilon(1e-4));
+      CHECK((turned.pose->rotation - expected).norm() < 1e-5);
+      CHECK(turned.sigma == Approx(one.sigma).epsilon(1e-4));
     }
 }
 
@@ -168,8 +171,8 @@ TEST_CASE("very many matches far from the origin give the motion") {
   scene.points.leftCols(3).rowwise() += far;
   const RigidMotionEstimate estimate = Rigidly(scene.points);
   REQUIRE(estimate.ok());
-  CHECK(DegreesOff(estimate.motion, scene.truth) < 0.01);
-  CHECK((estimate.motion.rotation * far.transpose() + estimate.motion.translation - TranslationOf(scene.truth)).norm() <
+  CHECK(DegreesOff(*estimate.pose, scene.truth) < 0.01);
+  CHECK((estimate.pose->rotation * far.transpose() + estimate.pose->translation - TranslationOf(scene.truth)).norm() <
         0.01);
 }
 
@@ -179,16 +182,16 @@ TEST_CASE("errors of motions between clouds are what their covariances say", "[c
     const int size = scaled ? 7 : 6;
     for (int i = 0; i < 200; ++i) {
       const CloudScene scene = MakeCloudScene(150, 0.5, 0.01, Rng(7).Fork("scene", i), scaled ? 3.0 : 1.0);
-      const CloudMatches matches = MatchesOf(scene.points);
+      const testing::OwnedMatches3D3D matches = MatchesOf(scene.points);
       const auto add = [&](const auto& estimate) {
-        REQUIRE(estimate.covariance);
+        REQUIRE(estimate.pose_covariance);
         errors.values.push_back(
-            testing::NormalizedError(MotionError(scene.truth, estimate.model, size), *estimate.covariance, size));
+            testing::NormalizedError(MotionError(scene.truth, estimate.model, size), *estimate.pose_covariance, size));
       };
       if (scaled)
-        add(EstimateSimilarity(matches, CloudOptions(0.05)));
+        add(EstimateSimilarity(matches, RegistrationOptions{.max_residual = 0.05}));
       else
-        add(EstimateRigidMotion(matches, CloudOptions(0.05)));
+        add(EstimateRigidMotion(matches, RegistrationOptions{.max_residual = 0.05}));
     }
     CAPTURE(scaled, errors.Mean());
     CHECK(errors.Mean() > 0.85 * size);
@@ -206,7 +209,7 @@ TEST_CASE("things that move by themselves have a motion each, far from the origi
   points << first.points, second.points, wrong.points;
   const Eigen::RowVector3d far(1e5, -2e5, 3e4);
   points.leftCols(3).rowwise() += far;
-  const auto found = EstimateRigidMotions(MatchesOf(points), CloudOptions(0.05));
+  const auto found = EstimateMultipleRigidMotions(MatchesOf(points), RegistrationOptions{.max_residual = 0.05});
   REQUIRE(found.ok());
   REQUIRE(found.models.size() == 2);
   for (int k = 0; k < 2; ++k) {
@@ -221,22 +224,22 @@ TEST_CASE("things that move by themselves have a motion each, far from the origi
   CHECK(of(0, 600, 1) > 570);
   CHECK(of(600, 1000, 2) > 380);
   CHECK(of(1000, 3000, 0) > 1950);
-  CHECK_FALSE(EstimateRigidMotions(MatchesOf(wrong.points), CloudOptions(0.05)).ok());
-  CHECK(EstimateRigidMotions({PointMatrix(0, 3), PointMatrix(0, 3)}, CloudOptions(0.05)).status ==
-        Status::kTooFewPoints);
+  CHECK_FALSE(EstimateMultipleRigidMotions(MatchesOf(wrong.points), RegistrationOptions{.max_residual = 0.05}).ok());
+  CHECK(EstimateMultipleRigidMotions({PointMatrix(0, 3), PointMatrix(0, 3)}, RegistrationOptions{.max_residual = 0.05})
+            .status == Status::kTooFewPoints);
 }
 
 TEST_CASE("of chance, points that many are matched to and neighbours that are matched alike say nothing more") {
   const CloudScene scene = MakeCloudScene(2000, 0.97, 0.01, Rng(21));
-  const double alone = Rigidly(scene.points).log_false_alarms;
+  const double alone = Rigidly(scene.points).diagnostics.log10_nfa;
   REQUIRE(alone < -10.0);
   PointMatrix hubs = scene.points;  // Of the wrong ones, the first: five of six are matched to twenty places.
   for (Eigen::Index i = 0; i < 1600; ++i) hubs.row(i).tail(3) = scene.points.row(i % 20).tail(3);
-  CHECK(Rigidly(hubs).log_false_alarms < alone + 5.0);
+  CHECK(Rigidly(hubs).diagnostics.log10_nfa < alone + 5.0);
   Rng rng(22);
   PointMatrix crowd = scene.points.replicate(5, 1);
   for (double& value : crowd.reshaped()) value += 1e-4 * rng.Normal();
-  CHECK(Rigidly(crowd).log_false_alarms == Approx(alone).epsilon(0.4));
+  CHECK(Rigidly(crowd).diagnostics.log10_nfa == Approx(alone).epsilon(0.4));
   // Of three wrong matches that agree, each with twenty neighbours, no motion is made.
   PointMatrix wrong = MakeCloudScene(600, 1.0, 0.01, Rng(23)).points;
   PointMatrix agree = scene.points.bottomRows(3).replicate(20, 1);
@@ -244,7 +247,7 @@ TEST_CASE("of chance, points that many are matched to and neighbours that are ma
   wrong.topRows(60) = agree;
   const RigidMotionEstimate estimate = Rigidly(wrong);
   REQUIRE(estimate.ok());
-  CHECK(estimate.may_be_chance());
+  CHECK(testing::MayBeChance(estimate));
 }
 
 TEST_CASE("the share of a cloud's places that a ball takes is of the volume that it occupies") {
@@ -319,23 +322,24 @@ TEST_CASE("covariances of far clouds are of the t given") {
   moved.leftCols(3).rowwise() += far;
   moved.rightCols(3).rowwise() += 0.3 * far;
   const auto check = [&](const auto& near, const auto& there) {
-    REQUIRE(near.covariance);
-    REQUIRE(there.covariance);
-    const auto size = near.covariance->rows();
+    REQUIRE(near.pose_covariance);
+    REQUIRE(there.pose_covariance);
+    const auto size = near.pose_covariance->rows();
     // t of the near clouds, R far + t of the far ones: the same place.
     const Eigen::MatrixXd change = ErrorsFromOrigin(-there.model.template leftCols<3>() * far.transpose(), size),
-                          back = change * *there.covariance * change.transpose();
-    CHECK((back - *near.covariance).norm() < 0.02 * near.covariance->norm());
-    const double turned = std::sqrt(near.covariance->template topLeftCorner<3, 3>().trace());
-    CHECK(std::sqrt(there.covariance->template block<3, 3>(3, 3).trace()) > 0.3 * turned * far.norm());
+                          back = change * *there.pose_covariance * change.transpose();
+    CHECK((back - *near.pose_covariance).norm() < 0.02 * near.pose_covariance->norm());
+    const double turned = std::sqrt(near.pose_covariance->template topLeftCorner<3, 3>().trace());
+    CHECK(std::sqrt(there.pose_covariance->template block<3, 3>(3, 3).trace()) > 0.3 * turned * far.norm());
     const Eigen::Vector3d truth =
         TranslationOf(scene.truth) - RotationOf(scene.truth) * far.transpose() + 0.3 * far.transpose();
-    CHECK((truth - there.model.col(3)).norm() < 4.0 * std::sqrt(there.covariance->template block<3, 3>(3, 3).trace()));
+    CHECK((truth - there.model.col(3)).norm() <
+          4.0 * std::sqrt(there.pose_covariance->template block<3, 3>(3, 3).trace()));
   };
-  check(EstimateRigidMotion(MatchesOf(scene.points), CloudOptions(0.05)),
-        EstimateRigidMotion(MatchesOf(moved), CloudOptions(0.05)));
-  check(EstimateSimilarity(MatchesOf(scene.points), CloudOptions(0.05)),
-        EstimateSimilarity(MatchesOf(moved), CloudOptions(0.05)));
+  check(EstimateRigidMotion(MatchesOf(scene.points), RegistrationOptions{.max_residual = 0.05}),
+        EstimateRigidMotion(MatchesOf(moved), RegistrationOptions{.max_residual = 0.05}));
+  check(EstimateSimilarity(MatchesOf(scene.points), RegistrationOptions{.max_residual = 0.05}),
+        EstimateSimilarity(MatchesOf(moved), RegistrationOptions{.max_residual = 0.05}));
 }
 
 }  // namespace diffsac

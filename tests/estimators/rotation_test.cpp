@@ -87,18 +87,18 @@ std::vector<Turn<3>> Turns() {
 
 template <int D, class One, class Several>
 void CheckAlike(const Points<D>& points, const std::vector<Turn<D>>& turns, const One& one, const Several& several) {
-  const auto model = one(points, PointOptions(kThreshold));
-  const auto models = several(points, PointOptions(kThreshold));
+  const auto model = one(points, PointOptions{.max_residual = kThreshold});
+  const auto models = several(points, PointOptions{.max_residual = kThreshold});
   REQUIRE(model.ok());
   for (const Turn<D>& turn : turns) {
     CAPTURE(turn.matrix());
     const Points<D> moved = Moved<D>(points, turn);
-    const auto turned = one(moved, PointOptions(kThreshold));
+    const auto turned = one(moved, PointOptions{.max_residual = kThreshold});
     CHECK((Back<D>(turned.model, turn, model.model) - model.model).norm() < kRounding);
     CHECK(turned.inliers == model.inliers);
-    CHECK(turned.noise_scale == Approx(model.noise_scale).margin(1e-12));
-    CHECK(turned.log_false_alarms == Approx(model.log_false_alarms));
-    const auto all = several(moved, PointOptions(kThreshold));
+    CHECK(turned.sigma == Approx(model.sigma).margin(1e-12));
+    CHECK(turned.diagnostics.log10_nfa == Approx(model.diagnostics.log10_nfa));
+    const auto all = several(moved, PointOptions{.max_residual = kThreshold});
     CHECK(all.assignment == models.assignment);
     REQUIRE(all.models.size() == models.models.size());
     for (std::size_t k = 0; k < all.models.size(); ++k)
@@ -109,7 +109,7 @@ void CheckAlike(const Points<D>& points, const std::vector<Turn<D>>& turns, cons
 TEST_CASE("a turn of the coordinates turns planes and changes nothing else") {
   for (const Cloud& cloud : Clouds()) {
     CAPTURE(cloud.name);
-    CheckAlike<3>(Draw(cloud, 300), Turns(), EstimatePlane, EstimatePlanes);
+    CheckAlike<3>(Draw(cloud, 300), Turns(), EstimatePlane, EstimateMultiplePlanes);
   }
 }
 
@@ -122,7 +122,7 @@ TEST_CASE("a turn of the coordinates turns lines and changes nothing else") {
   // The clouds seen from the side: lines along the axes.
   for (const Cloud& cloud : Clouds()) {
     CAPTURE(cloud.name);
-    CheckAlike<2>(Draw(cloud, 300).rightCols<2>(), turns, EstimateLine, EstimateLines);
+    CheckAlike<2>(Draw(cloud, 300).rightCols<2>(), turns, EstimateLine, EstimateMultipleLines);
   }
 }
 
@@ -130,8 +130,9 @@ TEST_CASE("several planes or lines are found where all points lie on one along t
   for (const Cloud& cloud : Clouds()) {
     CAPTURE(cloud.name);
     const Points<3> points = Draw(cloud, 300);
-    CHECK(EstimatePlanes(points, PointOptions(kThreshold)).models.size() == cloud.planes);
-    CHECK(EstimateLines(points.rightCols<2>(), PointOptions(kThreshold)).models.size() == cloud.planes);
+    CHECK(EstimateMultiplePlanes(points, PointOptions{.max_residual = kThreshold}).models.size() == cloud.planes);
+    CHECK(EstimateMultipleLines(points.rightCols<2>(), PointOptions{.max_residual = kThreshold}).models.size() ==
+          cloud.planes);
   }
 }
 
@@ -142,8 +143,8 @@ TEST_CASE("points of no structure give no planes and no lines, thin as they may 
     for (int i = 0; i < 300; ++i)
       points.row(i) << rng.Uniform(-5.0, 5.0), rng.Uniform(-3.0, 3.0), thickness * rng.Uniform(-0.5, 0.5);
     CAPTURE(thickness);
-    CHECK(EstimatePlanes(points, PointOptions(kThreshold)).models.empty());
-    CHECK(EstimateLines(points.rightCols<2>(), PointOptions(kThreshold)).models.empty());
+    CHECK(EstimateMultiplePlanes(points, PointOptions{.max_residual = kThreshold}).models.empty());
+    CHECK(EstimateMultipleLines(points.rightCols<2>(), PointOptions{.max_residual = kThreshold}).models.empty());
   }
 }
 

@@ -5,6 +5,7 @@
 #include "diffsac/diffsac.h"
 #include "diffsac/estimators/estimation_priors.h"
 #include "diffsac/estimators/score_check.h"
+#include "diffsac/problem/match_probabilities.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/problem/usable_rows.h"
 #include "estimators/public_functions.h"
@@ -19,8 +20,8 @@ using testing::SceneRows;
 
 /// Matches of which `wrong` of each ten are wrong. Scores of right ones are higher, mostly, and of 1/64.
 struct Scored {
-  Matches matches;
-  ScenePoints points;
+  testing::OwnedMatches matches;
+  testing::OwnedMatches2D3D points;
   CameraPair cameras{testing::kCamera, testing::kCamera};
 };
 
@@ -42,7 +43,7 @@ Scored MakeScored(int planes, int wrong, std::uint64_t seed = 3) {
 
 template <class Input>
 Input AsRatios(Input input) {
-  input.match_ratios = 1.0 - input.scores.array();
+  input.snn_ratio = 1.0 - input.scores.array();
   input.scores = {};
   return input;
 }
@@ -70,7 +71,7 @@ TEST_CASE("With scores no network is asked for, nor needed, and what few matches
                         essential = EstimateEssential(scored.matches, scored.cameras, options);
   for (const TwoViewEstimate* estimate : {&fundamental, &essential}) {
     REQUIRE(estimate->ok());
-    CHECK_FALSE(estimate->may_be_chance());
+    CHECK_FALSE(testing::MayBeChance(*estimate));
     int right = 0;
     for (std::size_t i = 0; i < estimate->inliers.size(); ++i)
       right += i % 4 != 3 && i % 10 >= 6 && estimate->inliers[i];
@@ -89,7 +90,7 @@ TEST_CASE("Scores that all are alike, 0 and 1 too, are as good as none") {
     const TwoViewEstimate estimate = EstimateEssential(scored.matches, scored.cameras);
     REQUIRE(estimate.ok());
     CHECK(estimate.num_inliers >= 140);
-    CHECK_FALSE(estimate.scores_ignored);
+    CHECK_FALSE(estimate.diagnostics.scores_ignored);
   }
 }
 
@@ -111,9 +112,9 @@ Input Shuffled(Input input, std::uint64_t seed) {
   return input;
 }
 
-CloudMatches MovedCloud(const Scored& scored, int wrong) {
+testing::OwnedMatches3D3D MovedCloud(const Scored& scored, int wrong) {
   Rng rng(5);
-  CloudMatches clouds;
+  testing::OwnedMatches3D3D clouds;
   clouds.points1 = scored.points.points3d;
   clouds.points2 = clouds.points1.rowwise() + Eigen::RowVector3d(1.0, 2.0, 3.0);
   for (Eigen::Index i = 0; i < clouds.points2.rows(); ++i)
@@ -125,8 +126,8 @@ CloudMatches MovedCloud(const Scored& scored, int wrong) {
 
 /// What every kind of matches says. change: of scores.
 std::vector<Answer> AnswersOf(const Scored& general, const Scored& flat, int wrong, auto change) {
-  CloudOptions within;
-  within.max_distance = 0.05;
+  RegistrationOptions within;
+  within.max_residual = 0.05;
   return {AnswerOf(EstimateEssential(change(general.matches), general.cameras)),
           AnswerOf(EstimateFundamental(change(general.matches))), AnswerOf(EstimateHomography(change(flat.matches))),
           AnswerOf(EstimateAbsolutePose(change(general.points), testing::kCamera)),
@@ -151,16 +152,16 @@ TEST_CASE("Reversed scores and ratios cost no model and are said") {
     const auto reversed = [](auto input) { return Reversed(input); };
     for (const Answer& answer : AnswersOf(general, flat, kWrong, reversed)) {
       CheckRight(answer, kWrong);
-      CHECK(answer.scores_ignored);
+      CHECK(answer.diagnostics.scores_ignored);
     }
     for (const Answer& answer :
          AnswersOf(general, flat, kWrong, [](auto input) { return AsRatios(Reversed(input)); })) {
       CheckRight(answer, kWrong);
-      CHECK(answer.scores_ignored);
+      CHECK(answer.diagnostics.scores_ignored);
     }
     for (const Answer& answer : AnswersOf(general, flat, kWrong, [](auto input) { return input; })) {
       CheckRight(answer, kWrong);
-      CHECK_FALSE(answer.scores_ignored);
+      CHECK_FALSE(answer.diagnostics.scores_ignored);
     }
   }
 }
@@ -172,7 +173,7 @@ TEST_CASE("Scores that say nothing are mostly not used") {
     const Scored general = MakeScored(0, kWrong, seed), flat = MakeScored(1, kWrong, seed);
     for (const Answer& answer : AnswersOf(general, flat, kWrong, [&](auto input) { return Shuffled(input, seed); })) {
       CheckRight(answer, kWrong);
-      ignored += answer.scores_ignored;
+      ignored += answer.diagnostics.scores_ignored;
       ++all;
     }
   }
@@ -186,15 +187,15 @@ TEST_CASE("A search without scores needs no network and repeats itself") {
   options.models_folder = "/none";
   const TwoViewEstimate without_network = EstimateEssential(scored.matches, scored.cameras, options);
   CheckRight(AnswerOf(without_network), 5);
-  CHECK(without_network.scores_ignored);
+  CHECK(without_network.diagnostics.scores_ignored);
   const TwoViewEstimate once = EstimateEssential(scored.matches, scored.cameras);
   CHECK(SameModel(once, EstimateEssential(scored.matches, scored.cameras)));
-  Matches none = scored.matches;
+  testing::OwnedMatches none = scored.matches;
   none.scores = {};
   const TwoViewEstimate of_none = EstimateEssential(none, scored.cameras);
   CHECK(SameModel(once, of_none));
   CHECK(once.posteriors == of_none.posteriors);
-  CHECK(once.cost.draws > of_none.cost.draws);
+  CHECK(once.stats.draws > of_none.stats.draws);
 }
 
 /// An estimate of `count` rows that chance does not give. Every third row is an inlier.
@@ -223,7 +224,7 @@ TEST_CASE("Scores are doubted by their order alone and by sure estimates only ag
   CHECK_FALSE(doubts(problem.match_ratio.array().cube()));
   CHECK(doubts(1.0 - problem.match_ratio.array()));
   CHECK(doubts(1.0 - problem.match_ratio.array().cube()));
-  Matches shuffled;
+  testing::OwnedMatches shuffled;
   shuffled.scores = problem.match_ratio;
   CHECK(doubts(Shuffled(shuffled, 7).scores));
   CHECK_FALSE(doubts({}));
@@ -269,36 +270,35 @@ TEST_CASE("An estimate without scores is taken by its support") {
 TEST_CASE("trouble: scores that are none, of another number, or beside ratios") {
   const Scored scored = MakeScored(0, 3);
   const auto error = [&](auto change) {
-    Matches matches = scored.matches;
-    ScenePoints points = scored.points;
+    testing::OwnedMatches matches = scored.matches;
+    testing::OwnedMatches2D3D points = scored.points;
     change(&matches), change(&points);
     const std::string first = ErrorOf([&] { EstimateFundamental(matches); });
     CHECK(first == ErrorOf([&] { EstimateAbsolutePose(points, testing::kCamera); }));
-    CHECK(first == ErrorOf([&] { EstimateFundamentals(matches); }));
+    CHECK(first == ErrorOf([&] { EstimateMultipleFundamentals(matches); }));
     CHECK(first == ErrorOf([&] { EstimateSharedFocal(matches); }));
     return first;
   };
   for (const double wrong : {-0.1, 1.01, 20.0, std::numeric_limits<double>::quiet_NaN()}) {
     const std::string text = error([&](auto* input) { input->scores[17] = wrong; });
-    CHECK(text.rfind("scores: expected what a matcher says, from 0 to 1, higher is better, got", 0) == 0);
+    CHECK(text.rfind("scores: expected a matcher's confidences, from 0 to 1, higher is better, got", 0) == 0);
     CHECK(Has(text, "in row 17"));
   }
   CHECK(error([](auto* input) { input->scores[17] = 1.0 + 1e-7; }).empty());  // Of single precision.
   CHECK(Has(error([](auto* input) { input->scores.conservativeResize(5); }), "scores: expected one for each of 300"));
-  CHECK(Has(error([](auto* input) { input->match_ratios = input->scores; }),
-            "scores: expected none beside match_ratios"));
+  CHECK(Has(error([](auto* input) { input->snn_ratio = input->scores; }), "scores: expected none beside snn_ratio"));
 }
 
 TEST_CASE("Of equal matches the one of the best score counts") {
   const Scored scored = MakeScored(0, 3);
-  Matches twice = scored.matches;
+  testing::OwnedMatches twice = scored.matches;
   const Eigen::Index count = twice.points1.rows();
   twice.points1 = scored.matches.points1.replicate(2, 1);
   twice.points2 = scored.matches.points2.replicate(2, 1);
   twice.scores.resize(2 * count);
   twice.scores << scored.matches.scores, 0.5 * scored.matches.scores;
   const TwoViewEstimate estimate = EstimateEssential(twice, scored.cameras);
-  CHECK(estimate.repeated_rows == count);
+  CHECK(estimate.diagnostics.num_duplicates == count);
   CHECK(estimate.model == EstimateEssential(scored.matches, scored.cameras).model);
 }
 
@@ -328,22 +328,22 @@ TEST_CASE(
     PointMatrix mixed(244, 4);
     mixed << pair.pixels, wrong;
     const auto unscored = [](const PointMatrix& points) {
-      Matches matches = testing::MatchesOf(points, {});
+      testing::OwnedMatches matches = testing::MatchesOf(points, {});
       matches.size1 = matches.size2 = {};
       return matches;
     };
     const auto give = [&](const PointMatrix& points) {
-      Matches matches = unscored(points);
+      testing::OwnedMatches matches = unscored(points);
       matches.scores = Eigen::VectorXd::Constant(points.rows(), 0.5);
       return matches;
     };
     const CameraPair cameras{pair.k1, pair.k2};
-    CHECK_FALSE(EstimateEssential(give(mixed), cameras, options).may_be_chance());
-    CHECK_FALSE(EstimateFundamental(give(mixed), options).may_be_chance());
-    flagged += EstimateEssential(give(wrong), cameras, options).may_be_chance() +
-               EstimateFundamental(give(wrong), options).may_be_chance();
-    of_no_scores += EstimateEssential(unscored(wrong), cameras, options).may_be_chance() +
-                    EstimateFundamental(unscored(wrong), options).may_be_chance();
+    CHECK_FALSE(testing::MayBeChance(EstimateEssential(give(mixed), cameras, options)));
+    CHECK_FALSE(testing::MayBeChance(EstimateFundamental(give(mixed), options)));
+    flagged += testing::MayBeChance(EstimateEssential(give(wrong), cameras, options)) +
+               testing::MayBeChance(EstimateFundamental(give(wrong), options));
+    of_no_scores += testing::MayBeChance(EstimateEssential(unscored(wrong), cameras, options)) +
+                    testing::MayBeChance(EstimateFundamental(unscored(wrong), options));
   }
   CAPTURE(flagged, of_no_scores);
   CHECK(flagged >= 0.9 * 2 * kTrials);

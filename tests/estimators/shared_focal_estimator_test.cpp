@@ -6,6 +6,7 @@
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/presets.h"
 #include "diffsac/problem/tasks.h"
+#include "estimators/owned_matches.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
 #include "lab/truth/task_truth.h"
@@ -166,11 +167,11 @@ TEST_CASE("degenerate matches have a status, with an unknown focal length too") 
 TEST_CASE("the functions of the header say the same, in pixels") {
   const Example example = Generated("shared_focal", kGeneral, 2);
   const Problem& problem = example.problem;
-  const Matches matches{problem.points.leftCols(2), problem.points.rightCols(2), problem.match_ratio, problem.size1,
-                        problem.size2};
+  const testing::OwnedMatches matches{problem.points.leftCols(2), problem.points.rightCols(2), problem.match_ratio,
+                                      problem.size1, problem.size2};
   FocalOptions options;
   options.seed = 1;
-  const SharedFocalEstimate result = EstimateSharedFocal(matches, options);
+  const UnknownFocalEstimate result = EstimateSharedFocal(matches, options);
   const Estimate row = Estimated(problem);
   REQUIRE(result.ok());
   REQUIRE(result.focal);
@@ -183,19 +184,19 @@ TEST_CASE("the functions of the header say the same, in pixels") {
     if (result.inliers[i])
       CHECK(SampsonError(AsParameters(result.model), problem.points.row(i).data()) <=
             result.inlier_threshold * (1.0 + 1e-9));
-  Matches unsized = matches;
+  testing::OwnedMatches unsized = matches;
   unsized.size1 = {};
   CHECK_THROWS_AS(EstimateSharedFocal(unsized), Error);
   FocalOptions wrong;
   wrong.prior = FocalPrior{100.0, 0.0};
   CHECK_THROWS_AS(EstimateSharedFocal(matches, wrong), Error);
-  const SharedFocalEstimate one = EstimateOneFocal(matches, example.truth.cameras->K1);
+  const UnknownFocalEstimate one = EstimateOneFocal(matches, example.truth.cameras->K1);
   REQUIRE(one.ok());
   CHECK(one.cameras.K1(0, 0) == Approx(example.truth.cameras->K1(0, 0)));
   FocalOptions narrow;
   narrow.prior = FocalPrior{700.0, 1e-4};
   narrow.prior2 = FocalPrior{900.0, 1e-4};
-  const SharedFocalEstimate two = EstimateTwoFocals(matches, narrow);
+  const UnknownFocalEstimate two = EstimateTwoFocals(matches, narrow);
   REQUIRE(two.ok());
   CHECK(two.cameras.K1(0, 0) == Approx(700.0).epsilon(0.01));
   CHECK(two.cameras.K2(0, 0) == Approx(900.0).epsilon(0.01));

@@ -9,6 +9,7 @@
 #include "diffsac/core/random.h"
 #include "diffsac/diffsac.h"
 #include "diffsac/geometry/pose.h"
+#include "estimators/owned_matches.h"
 #include "geometry/two_view_problems.h"
 
 namespace diffsac {
@@ -17,7 +18,7 @@ namespace {
 const Eigen::Matrix3d kCamera = (Eigen::Matrix3d() << 1000, 0, 960, 0, 1000, 540, 0, 0, 1).finished();
 
 struct Views {
-  Matches matches;
+  testing::OwnedMatches matches;
   RelativePose pose;
 };
 
@@ -74,22 +75,20 @@ ImageOptions Plain() {
 template <class EstimateViews>
 int Told(const Scene& scene, Translation translation, int seeds, const EstimateViews& estimate) {
   int told = 0;
-  for (int seed = 0; seed < seeds; ++seed) told += estimate(Make(scene, seed)).translation == translation;
+  for (int seed = 0; seed < seeds; ++seed) told += estimate(Make(scene, seed)).diagnostics.degeneracy == translation;
   return told;
 }
 
 TwoViewEstimate Essentials(const Views& views) { return EstimateEssential(views.matches, {kCamera, kCamera}, Plain()); }
 TwoViewEstimate Fundamentals(const Views& views) { return EstimateFundamental(views.matches, Plain()); }
 
-SharedFocalEstimate SharedFocals(const Views& views) {
+UnknownFocalEstimate SharedFocals(const Views& views) {
   FocalOptions options;
-  options.guidance = Guidance::kNone;
   return EstimateSharedFocal(views.matches, options);
 }
 
-SharedFocalEstimate OneFocals(const Views& views) {
+UnknownFocalEstimate OneFocals(const Views& views) {
   FocalOptions options;
-  options.guidance = Guidance::kNone;
   return EstimateOneFocal(views.matches, kCamera, options);
 }
 
@@ -105,7 +104,7 @@ TEST_CASE("an essential matrix of a turn in place says so at every noise, and it
         const Views views = Make({count, noise, 0.05}, seed);
         const TwoViewEstimate estimate = Essentials(views);
         REQUIRE(estimate.ok());
-        if (estimate.translation != Translation::kTurn) continue;
+        if (estimate.diagnostics.degeneracy != Translation::kTurn) continue;
         ++told;
         CHECK_FALSE(estimate.pose_covariance);
         REQUIRE(estimate.pose);
@@ -130,8 +129,9 @@ TEST_CASE("a camera that moved has a translation, at a hundredth of the scene's 
     for (int seed = 0; seed < 5; ++seed) {
       // Of a plane's two motions the wrong one may leave points behind the camera: then there is no verdict.
       const TwoViewEstimate of_plane = Essentials(Make({300, noise, 0.05, 5.0, 0.3, true}, seed));
-      CAPTURE(noise, seed, of_plane.share_behind);
-      CHECK((of_plane.translation == Translation::kDetermined || of_plane.share_behind > kMostBehind));
+      CAPTURE(noise, seed, of_plane.diagnostics.cheirality_failure_ratio);
+      CHECK((of_plane.diagnostics.degeneracy == Translation::kDetermined ||
+             of_plane.diagnostics.cheirality_failure_ratio > kMostBehind));
     }
   }
 }
@@ -143,11 +143,12 @@ TEST_CASE("wrong matches never make a turn of parallax") {
     const int right = 60, count = right * (1 + wrong_for_each);
     Views views = Make({count, noise, 1.0 - 1.0 / (1 + wrong_for_each), 5.0, 0.3}, seed);
     Rng rng(seed);
-    views.matches.match_ratios.resize(count);
+    views.matches.snn_ratio.resize(count);
     for (int i = 0; i < count; ++i)
-      views.matches.match_ratios[i] = i < count - right ? rng.Uniform(0.6, 1.0) : rng.Uniform(0.3, 0.9);
+      views.matches.snn_ratio[i] = i < count - right ? rng.Uniform(0.6, 1.0) : rng.Uniform(0.3, 0.9);
     const auto estimate = estimate_views(views);
-    return !estimate.ok() || estimate.may_be_chance() || estimate.translation == Translation::kDetermined;
+    return !estimate.ok() || testing::MayBeChance(estimate) ||
+           estimate.diagnostics.degeneracy == Translation::kDetermined;
   };
   for (const double noise : {0.1, 0.5, 1.0})
     for (const int wrong_for_each : {1, 3, 8, 20}) {
@@ -171,7 +172,7 @@ TEST_CASE("turns and still cameras among wrong matches") {
       for (int seed = 0; seed < 5; ++seed) {
         const int count = static_cast<int>(100 / (1.0 - wrong));
         const auto told = [](const auto& estimate, Translation translation) {
-          return estimate.may_be_chance() || estimate.translation == translation;
+          return testing::MayBeChance(estimate) || estimate.diagnostics.degeneracy == translation;
         };
         ++all;
         turns += told(Essentials(Make({count, noise, wrong, 8.0}, seed)), Translation::kTurn);
@@ -187,10 +188,10 @@ TEST_CASE("turns and still cameras among wrong matches") {
 TEST_CASE("what may be chance has no verdict") {
   for (int seed = 0; seed < 10; ++seed) {
     const TwoViewEstimate estimate = Essentials(Make({200, 0.5, 1.0, 5.0, 0.3}, seed));
-    if (!estimate.ok() || !estimate.may_be_chance()) continue;
-    CHECK(estimate.translation == Translation::kNotTested);
+    if (!estimate.ok() || !testing::MayBeChance(estimate)) continue;
+    CHECK(estimate.diagnostics.degeneracy == Translation::kNotTested);
     CHECK_FALSE(estimate.pose_covariance);
-    CHECK(estimate.may_be_wrong());
+    CHECK(testing::MayBeWrong(estimate));
   }
 }
 
@@ -256,8 +257,8 @@ TEST_CASE("a homography of points on one line, and two beside it, says that it i
       views.matches.size2 = {};  // The line leaves it.
       const TwoViewEstimate estimate = EstimateHomography(views.matches, Plain());
       if (!estimate.ok()) continue;
-      CAPTURE(beside, seed, estimate.mirrored, estimate.log_false_alarms);
-      CHECK(estimate.translation == (beside < 3 ? Translation::kLine : Translation::kDetermined));
+      CAPTURE(beside, seed, estimate.diagnostics.mirrored, estimate.diagnostics.log10_nfa);
+      CHECK(estimate.diagnostics.degeneracy == (beside < 3 ? Translation::kLine : Translation::kDetermined));
     }
 }
 
@@ -268,7 +269,7 @@ TEST_CASE("what stands still on the images does not outvote a scene of fewer mat
       constexpr int kOverlay = 100;
       Views views = Make({scene, 0.5, 0.0, degrees, 0.3}, 3);
       Rng rng(9);
-      Matches& matches = views.matches;
+      testing::OwnedMatches& matches = views.matches;
       matches.points1.conservativeResize(scene + kOverlay, 2);
       matches.points2.conservativeResize(scene + kOverlay, 2);
       for (int i = scene; i < scene + kOverlay; ++i)
@@ -277,13 +278,13 @@ TEST_CASE("what stands still on the images does not outvote a scene of fewer mat
       const TwoViewEstimate estimate = Essentials(views);
       REQUIRE(estimate.ok());
       CAPTURE(degrees, scene);
-      CHECK(estimate.translation == Translation::kDetermined);
+      CHECK(estimate.diagnostics.degeneracy == Translation::kDetermined);
       REQUIRE(static_cast<int>(estimate.inliers.size()) == scene + kOverlay);
       CHECK(std::count(estimate.inliers.begin(), estimate.inliers.begin() + scene, 1) >= 0.9 * scene);
       CHECK(RotationAngleDegrees(estimate.pose->rotation, views.pose.rotation) < 0.2);
       matches.points1 = Eigen::MatrixX2d(matches.points1.bottomRows(kOverlay));
       matches.points2 = Eigen::MatrixX2d(matches.points2.bottomRows(kOverlay));
-      CHECK(Essentials(views).translation == Translation::kStatic);
+      CHECK(Essentials(views).diagnostics.degeneracy == Translation::kStatic);
     }
 }
 
@@ -300,7 +301,7 @@ TEST_CASE("a watermark on images of a camera that turned gave a certain translat
       points->bottomRows(40) = mark;
     }
     const TwoViewEstimate estimate = Essentials(views);
-    turns += estimate.translation == Translation::kTurn && !estimate.pose_covariance;
+    turns += estimate.diagnostics.degeneracy == Translation::kTurn && !estimate.pose_covariance;
   }
   CHECK(turns >= 9);
 }
@@ -308,14 +309,14 @@ TEST_CASE("a watermark on images of a camera that turned gave a certain translat
 TEST_CASE("one image twice has no fundamental matrix, and says why") {
   Views views = Make({}, 3);
   views.matches.points2 = views.matches.points1;
-  CHECK(Fundamentals(views).translation == Translation::kStatic);
+  CHECK(Fundamentals(views).diagnostics.degeneracy == Translation::kStatic);
 }
 
 TEST_CASE("far points, whose side noise decides, reversed t against a few near ones") {
   for (int seed = 0; seed < 10; ++seed) {
     Rng rng(seed);
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.14, Eigen::Vector3d::UnitY()).toRotationMatrix();
-    Matches matches;
+    testing::OwnedMatches matches;
     matches.points1.resize(200, 2);
     matches.points2.resize(200, 2);
     for (int i = 0; i < 200; ++i) {
@@ -334,11 +335,11 @@ TEST_CASE("far points, whose side noise decides, reversed t against a few near o
 
 TEST_CASE("what has no translation is not asked for one") {
   const Views views = Make({100, 0.5, 0.1, 5.0, 0.3, true}, 1);
-  CHECK(EstimateHomography(views.matches, Plain()).translation == Translation::kDetermined);
-  Matches few = views.matches;
+  CHECK(EstimateHomography(views.matches, Plain()).diagnostics.degeneracy == Translation::kDetermined);
+  testing::OwnedMatches few = views.matches;
   few.points1.conservativeResize(4, 2);
   few.points2.conservativeResize(4, 2);
-  CHECK(EstimateEssential(few, {kCamera, kCamera}, Plain()).translation == Translation::kNotTested);
+  CHECK(EstimateEssential(few, {kCamera, kCamera}, Plain()).diagnostics.degeneracy == Translation::kNotTested);
 }
 
 }  // namespace diffsac

@@ -6,6 +6,7 @@
 #include "consensus/absolute_pose_scene.h"
 #include "diffsac/diffsac.h"
 #include "diffsac/geometry/rotation.h"
+#include "estimators/owned_matches.h"
 #include "geometry/cloud_scene.h"
 #include "geometry/normalized_errors.h"
 #include "geometry/two_view_problems.h"
@@ -19,14 +20,21 @@ constexpr double kRounding = 1e-6;
 /// Powers of two change no digit at all.
 double ToleranceOf(double unit) { return unit == 1.0 / 1024.0 ? 1e-15 : kRounding; }
 
+/// 0: the default.
 ImageOptions Within(double max_residual) {
   ImageOptions options;
-  options.max_residual_px = max_residual;
+  if (max_residual > 0.0) options.max_residual = max_residual;
+  return options;
+}
+
+RegistrationOptions Near(double max_residual) {
+  RegistrationOptions options;
+  if (max_residual > 0.0) options.max_residual = max_residual;
   return options;
 }
 
 struct Views {
-  Matches matches;
+  testing::OwnedMatches matches;
   CameraPair cameras;
   RelativePose pose;
 };
@@ -41,17 +49,17 @@ Views MakeViews(double noise, std::uint64_t seed, double wrong = 1.0 / 3.0) {
   return views;
 }
 
-Matches MakePlane(double noise, std::uint64_t seed) {
+testing::OwnedMatches MakePlane(double noise, std::uint64_t seed) {
   Rng rng = Rng(48).Fork("plane", seed);
   const PointMatrix points = testing::HomographyPoints(testing::RandomHomography(rng), 300, rng, noise);
-  Matches matches{points.leftCols(2), points.rightCols(2)};
+  testing::OwnedMatches matches{points.leftCols(2), points.rightCols(2)};
   for (int i = 0; i < 100; ++i) matches.points2.row(i) << rng.Uniform(0.0, 1000.0), rng.Uniform(0.0, 800.0);
   return matches;
 }
 
 Eigen::Matrix3d Zoom(double unit) { return Eigen::Vector3d(unit, unit, 1.0).asDiagonal(); }
 
-Matches Scaled(Matches matches, double unit) {
+testing::OwnedMatches Scaled(testing::OwnedMatches matches, double unit) {
   matches.points1 *= unit;
   matches.points2 *= unit;
   return matches;
@@ -63,13 +71,13 @@ CameraPair Scaled(const CameraPair& cameras, double unit) { return {Zoom(unit) *
 template <class Result>
 void CheckSame(const Result& one, const Result& scaled, double unit, const Eigen::MatrixXd& model,
                double tolerance = kRounding) {
-  CAPTURE(unit, one.num_inliers, scaled.num_inliers, one.noise_scale, scaled.noise_scale / unit);
+  CAPTURE(unit, one.num_inliers, scaled.num_inliers, one.sigma, scaled.sigma / unit);
   REQUIRE(one.ok());
   REQUIRE(scaled.ok());
   CHECK(scaled.inliers == one.inliers);
   CHECK(scaled.inlier_threshold == Approx(unit * one.inlier_threshold).epsilon(kRounding));
-  CHECK(scaled.noise_scale == Approx(unit * one.noise_scale).epsilon(kRounding));
-  CHECK(scaled.log_false_alarms == Approx(one.log_false_alarms).epsilon(kRounding));
+  CHECK(scaled.sigma == Approx(unit * one.sigma).epsilon(kRounding));
+  CHECK(scaled.diagnostics.log10_nfa == Approx(one.diagnostics.log10_nfa).epsilon(kRounding));
   const Eigen::MatrixXd a = model.normalized(), b = one.model.normalized();
   CHECK(std::min((a - b).norm(), (a + b).norm()) <= tolerance);
 }
@@ -84,7 +92,7 @@ TEST_CASE("E in units of any length is the same, and with K = I") {
   for (const double allowed : {1.0, 3.0, 24.0}) {
     const Views views = MakeViews(0.5, 1);
     const TwoViewEstimate one = EstimateEssential(views.matches, views.cameras, Within(allowed));
-    CHECK(one.noise_scale == Approx(0.5).epsilon(0.15));
+    CHECK(one.sigma == Approx(0.5).epsilon(0.15));
     for (const double unit : kUnits) {
       const TwoViewEstimate scaled =
           EstimateEssential(Scaled(views.matches, unit), Scaled(views.cameras, unit), Within(unit * allowed));
@@ -99,7 +107,7 @@ TEST_CASE("E in units of any length is the same, and with K = I") {
         EstimateEssential({points.leftCols(2), points.rightCols(2)}, CameraPair{}, Within(unit * allowed));
     CAPTURE(allowed);
     CHECK(normalized.inliers == one.inliers);
-    CHECK(normalized.noise_scale == Approx(unit * one.noise_scale).epsilon(0.02));
+    CHECK(normalized.sigma == Approx(unit * one.sigma).epsilon(0.02));
   }
 }
 
@@ -107,7 +115,7 @@ TEST_CASE("F in units of any length is the same") {
   for (const double allowed : {0.5, 1.0, 3.0}) {
     const Views views = MakeViews(0.5, 2);
     const TwoViewEstimate one = EstimateFundamental(views.matches, Within(allowed));
-    CHECK(one.noise_scale == Approx(0.5).epsilon(0.15));
+    CHECK(one.sigma == Approx(0.5).epsilon(0.15));
     for (const double unit : kUnits) {
       const TwoViewEstimate scaled = EstimateFundamental(Scaled(views.matches, unit), Within(unit * allowed));
       CheckSame(one, scaled, unit, Zoom(unit) * scaled.model * Zoom(unit), ToleranceOf(unit));
@@ -117,7 +125,7 @@ TEST_CASE("F in units of any length is the same") {
 
 TEST_CASE("H in units of any length is the same") {
   for (const double allowed : {1.0, 3.0, 12.0}) {
-    const Matches plane = MakePlane(0.5, 3);
+    const testing::OwnedMatches plane = MakePlane(0.5, 3);
     const TwoViewEstimate one = EstimateHomography(plane, Within(allowed));
     for (const double unit : kUnits) {
       const TwoViewEstimate scaled = EstimateHomography(Scaled(plane, unit), Within(unit * allowed));
@@ -128,7 +136,7 @@ TEST_CASE("H in units of any length is the same") {
 
 FocalOptions FocalOf(double unit) {
   FocalOptions options;
-  static_cast<ImageOptions&>(options) = Within(unit);
+  options.max_residual = unit;
   options.principal_point1 = options.principal_point2 = unit * Eigen::Vector2d(500.0, 400.0);
   options.prior = FocalPrior{unit * 1000.0, 0.3};
   return options;
@@ -139,13 +147,13 @@ TEST_CASE("Unknown focal lengths are in the unit of the points, whichever it is"
   testing::TwoViewProblem random = testing::RandomProblem(300, rng);
   PointMatrix pixels = (1100.0 * random.normalized).rowwise() + Eigen::RowVector4d(500.0, 400.0, 500.0, 400.0);
   for (Eigen::Index i = 0; i < pixels.size(); ++i) pixels.data()[i] += 0.5 * rng.Normal();
-  const Matches matches{pixels.leftCols(2), pixels.rightCols(2)};
+  const testing::OwnedMatches matches{pixels.leftCols(2), pixels.rightCols(2)};
   const Eigen::Matrix3d K{{1100.0, 0.0, 500.0}, {0.0, 1100.0, 400.0}, {0.0, 0.0, 1.0}};
-  const SharedFocalEstimate shared = EstimateSharedFocal(matches, FocalOf(1.0));
-  const SharedFocalEstimate one = EstimateOneFocal(matches, K, FocalOf(1.0));
+  const UnknownFocalEstimate shared = EstimateSharedFocal(matches, FocalOf(1.0));
+  const UnknownFocalEstimate one = EstimateOneFocal(matches, K, FocalOf(1.0));
   for (const double unit : kUnits) {
-    const SharedFocalEstimate shared_scaled = EstimateSharedFocal(Scaled(matches, unit), FocalOf(unit));
-    const SharedFocalEstimate one_scaled = EstimateOneFocal(Scaled(matches, unit), Zoom(unit) * K, FocalOf(unit));
+    const UnknownFocalEstimate shared_scaled = EstimateSharedFocal(Scaled(matches, unit), FocalOf(unit));
+    const UnknownFocalEstimate one_scaled = EstimateOneFocal(Scaled(matches, unit), Zoom(unit) * K, FocalOf(unit));
     CheckSame(shared, shared_scaled, unit, Zoom(unit) * shared_scaled.model * Zoom(unit));
     CheckSame(one, one_scaled, unit, Zoom(unit) * one_scaled.model * Zoom(unit));
     CHECK(shared_scaled.focal->focal_px[0] == Approx(unit * shared.focal->focal_px[0]).epsilon(kRounding));
@@ -157,18 +165,18 @@ TEST_CASE("Unknown focal lengths are in the unit of the points, whichever it is"
 /// Of the camera's centre, −Rᵀ t, all axes together.
 double CentreVariance(const AbsolutePoseEstimate& estimate) {
   Eigen::Matrix<double, 3, 6> change;
-  change << CrossMatrix(estimate.pose.translation), Eigen::Matrix3d::Identity();
+  change << CrossMatrix(estimate.pose->translation), Eigen::Matrix3d::Identity();
   return (change * *estimate.pose_covariance * change.transpose()).trace();
 }
 
 TEST_CASE("Absolute poses are the same in any unit of the scene and of the image, and about any origin") {
   const auto scene = testing::MakeAbsolutePoseScene(150, 0.4, 0.5 / 900.0, Rng(5));
-  const ScenePoints points{scene.points.leftCols(3), 900.0 * scene.points.rightCols(2)};
+  const testing::OwnedMatches2D3D points{scene.points.leftCols(3), 900.0 * scene.points.rightCols(2)};
   const AbsolutePoseEstimate one = EstimateAbsolutePose(points, Zoom(900.0), Within(4.0));
   REQUIRE(one.pose_covariance);
-  CHECK(one.noise_scale == Approx(0.5).epsilon(0.15));
+  CHECK(one.sigma == Approx(0.5).epsilon(0.15));
   for (const double unit : kUnits) {
-    ScenePoints scaled = points;
+    testing::OwnedMatches2D3D scaled = points;
     scaled.points2d *= unit;
     const AbsolutePoseEstimate image = EstimateAbsolutePose(scaled, Zoom(900.0 * unit), Within(4.0 * unit));
     CheckSame(one, image, unit, image.model);
@@ -185,13 +193,13 @@ TEST_CASE("Absolute poses are the same in any unit of the scene and of the image
   for (const double far : {20.0, 1e3, 4e6}) {
     CAPTURE(far);
     const Eigen::RowVector3d offset(far, -0.3 * far, 0.1 * far);
-    ScenePoints moved = points;
+    testing::OwnedMatches2D3D moved = points;
     moved.points3d.rowwise() += offset;
     const AbsolutePoseEstimate there = EstimateAbsolutePose(moved, Zoom(900.0), Within(4.0));
     CHECK(there.inliers == one.inliers);
-    const Eigen::Vector3d centre = -one.pose.rotation.transpose() * one.pose.translation;
-    const Eigen::Vector3d moved_centre = -there.pose.rotation.transpose() * there.pose.translation;
-    CHECK((there.pose.rotation - one.pose.rotation).norm() < 1e-6);
+    const Eigen::Vector3d centre = -one.pose->rotation.transpose() * one.pose->translation;
+    const Eigen::Vector3d moved_centre = -there.pose->rotation.transpose() * there.pose->translation;
+    CHECK((there.pose->rotation - one.pose->rotation).norm() < 1e-6);
     CHECK((moved_centre - offset.transpose() - centre).norm() < 1e-6 * std::max(1.0, far * 1e-3));
     REQUIRE(there.pose_covariance);
     CHECK(CentreVariance(there) == Approx(CentreVariance(one)).epsilon(1e-3));
@@ -206,7 +214,7 @@ TEST_CASE("The other pose of a planar target far from the scene's origin is ther
   int ambiguous = 0;
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     Rng rng(seed);
-    ScenePoints points;
+    testing::OwnedMatches2D3D points;
     points.points3d.resize(40, 3);
     points.points2d.resize(40, 2);
     for (int i = 0; i < 40; ++i) {
@@ -214,18 +222,18 @@ TEST_CASE("The other pose of a planar target far from the scene's origin is ther
       const Eigen::Vector3d seen = turn * points.points3d.row(i).transpose() + Eigen::Vector3d(0.0, 0.0, 25.0);
       points.points2d.row(i) << 900.0 * seen.x() / seen.z() + rng.Normal(), 900.0 * seen.y() / seen.z() + rng.Normal();
     }
-    ScenePoints moved = points;
+    testing::OwnedMatches2D3D moved = points;
     moved.points3d.rowwise() += offset;
     const AbsolutePoseEstimate one = EstimateAbsolutePose(points, Zoom(900.0), Within(4.0));
     const AbsolutePoseEstimate there = EstimateAbsolutePose(moved, Zoom(900.0), Within(4.0));
-    REQUIRE(there.ambiguous() == one.ambiguous());
-    if (!one.ambiguous()) continue;
+    REQUIRE(there.ambiguous_pose.has_value() == one.ambiguous_pose.has_value());
+    if (!one.ambiguous_pose.has_value()) continue;
     ++ambiguous;
     const auto centre = [](const RigidMotion& pose) -> Eigen::Vector3d {
       return -pose.rotation.transpose() * pose.translation;
     };
-    CHECK((there.other_pose->rotation - one.other_pose->rotation).norm() < 1e-4);
-    CHECK((centre(*there.other_pose) - offset.transpose() - centre(*one.other_pose)).norm() < 1e-2);
+    CHECK((there.ambiguous_pose->rotation - one.ambiguous_pose->rotation).norm() < 1e-4);
+    CHECK((centre(*there.ambiguous_pose) - offset.transpose() - centre(*one.ambiguous_pose)).norm() < 1e-2);
   }
   CHECK(ambiguous > 0);
 }
@@ -244,11 +252,11 @@ Eigen::Matrix<double, Eigen::Dynamic, kDimension> Cloud(double noise) {
 
 template <class Function, class Points>
 void CheckHyperplane(const Function& estimate, const Points& points) {
-  const auto one = estimate(points, PointOptions(0.05));
+  const auto one = estimate(points, PointOptions{.max_residual = 0.05});
   const Eigen::Index last = points.cols();
-  CHECK(one.noise_scale == Approx(0.01).epsilon(0.15));
+  CHECK(one.sigma == Approx(0.01).epsilon(0.15));
   for (const double unit : kUnits) {
-    const auto scaled = estimate(Points(unit * points), PointOptions(unit * 0.05));
+    const auto scaled = estimate(Points(unit * points), PointOptions{.max_residual = unit * 0.05});
     auto model = scaled.model;
     model[last] /= unit;
     CheckSame(one, scaled, unit, model, ToleranceOf(unit));
@@ -257,11 +265,11 @@ void CheckHyperplane(const Function& estimate, const Points& points) {
     CAPTURE(far);
     Eigen::RowVectorXd offset = Eigen::RowVectorXd::Constant(points.cols(), far);
     offset[0] *= -0.5;
-    const auto moved = estimate(Points(points.rowwise() + offset), PointOptions(0.05));
+    const auto moved = estimate(Points(points.rowwise() + offset), PointOptions{.max_residual = 0.05});
     REQUIRE(moved.ok());
     CHECK(moved.inliers == one.inliers);
     CHECK((moved.model - one.model).head(last).norm() < 1e-6);
-    CHECK(moved.noise_scale == Approx(one.noise_scale).epsilon(1e-4));
+    CHECK(moved.sigma == Approx(one.sigma).epsilon(1e-4));
   }
 }
 
@@ -275,7 +283,7 @@ TEST_CASE("Lines and planes are the same in any unit and about any origin") {
 TEST_CASE("Motions between clouds are the same in any unit and about any origins") {
   const auto scene = testing::MakeCloudScene(300, 0.5, 0.01, Rng(21));
   const auto moved = [&](double unit1, double unit2, const Eigen::RowVector3d& far1, const Eigen::RowVector3d& far2) {
-    CloudMatches matches;
+    testing::OwnedMatches3D3D matches;
     matches.points1 = unit1 * scene.points.leftCols(3);
     matches.points2 = unit2 * scene.points.rightCols(3);
     matches.points1.rowwise() += far1;
@@ -284,37 +292,36 @@ TEST_CASE("Motions between clouds are the same in any unit and about any origins
   };
   const Eigen::RowVector3d here = Eigen::RowVector3d::Zero(), far1(4e5, -2e5, 1e5), far2(-3e6, 1e5, 0.0);
   for (const double allowed : {0.04, 0.0}) {
-    const RigidMotionEstimate one = EstimateRigidMotion(moved(1.0, 1.0, here, here), CloudOptions(allowed));
-    const SimilarityEstimate similar = EstimateSimilarity(moved(1.0, 1.0, here, here), CloudOptions(allowed));
-    CHECK(one.noise_scale == Approx(0.01).epsilon(0.2));
+    const RigidMotionEstimate one = EstimateRigidMotion(moved(1.0, 1.0, here, here), Near(allowed));
+    const SimilarityEstimate similar = EstimateSimilarity(moved(1.0, 1.0, here, here), Near(allowed));
+    CHECK(one.sigma == Approx(0.01).epsilon(0.2));
     CHECK(similar.scale == Approx(1.0).epsilon(0.01));
     for (const double unit : kUnits) {
-      const RigidMotionEstimate scaled =
-          EstimateRigidMotion(moved(unit, unit, here, here), CloudOptions(unit * allowed));
+      const RigidMotionEstimate scaled = EstimateRigidMotion(moved(unit, unit, here, here), Near(unit * allowed));
       Eigen::MatrixXd model = scaled.model;
       model.col(3) /= unit;
       CheckSame(one, scaled, unit, model, ToleranceOf(unit));
       Eigen::MatrixXd change = Eigen::MatrixXd::Identity(6, 6);
       change.bottomRightCorner<3, 3>() /= unit;
-      REQUIRE(scaled.covariance);
-      CheckSameCovariance(one.covariance, change * *scaled.covariance * change.transpose());
-      const SimilarityEstimate larger = EstimateSimilarity(moved(1.0, unit, here, here), CloudOptions(unit * allowed));
+      REQUIRE(scaled.pose_covariance);
+      CheckSameCovariance(one.pose_covariance, change * *scaled.pose_covariance * change.transpose());
+      const SimilarityEstimate larger = EstimateSimilarity(moved(1.0, unit, here, here), Near(unit * allowed));
       CheckSame(similar, larger, unit, larger.model / unit);
       CHECK(larger.scale == Approx(unit * similar.scale).epsilon(kRounding));
     }
-    const RigidMotionEstimate there = EstimateRigidMotion(moved(1.0, 1.0, far1, far2), CloudOptions(allowed));
+    const RigidMotionEstimate there = EstimateRigidMotion(moved(1.0, 1.0, far1, far2), Near(allowed));
     REQUIRE(there.ok());
     CHECK(there.inliers == one.inliers);
-    CHECK((there.motion.rotation - one.motion.rotation).norm() < 1e-6);
+    CHECK((there.pose->rotation - one.pose->rotation).norm() < 1e-6);
     // Of the same points.
-    const Eigen::Vector3d back = there.motion.rotation * far1.transpose() + there.motion.translation - far2.transpose();
-    CHECK((back - one.motion.translation).norm() < 1e-3);
-    REQUIRE(there.covariance);
+    const Eigen::Vector3d back = there.pose->rotation * far1.transpose() + there.pose->translation - far2.transpose();
+    CHECK((back - one.pose->translation).norm() < 1e-3);
+    REQUIRE(there.pose_covariance);
     // What the clouds' middle does is as certain as before.
     Eigen::MatrixXd to_middle = Eigen::MatrixXd::Identity(6, 6);
-    to_middle.bottomLeftCorner<3, 3>() = -CrossMatrix(there.motion.rotation * far1.transpose());
-    const Eigen::MatrixXd of_middle = to_middle * *there.covariance * to_middle.transpose();
-    CHECK((of_middle - *one.covariance).norm() < 1e-2 * one.covariance->norm());
+    to_middle.bottomLeftCorner<3, 3>() = -CrossMatrix(there.pose->rotation * far1.transpose());
+    const Eigen::MatrixXd of_middle = to_middle * *there.pose_covariance * to_middle.transpose();
+    CHECK((of_middle - *one.pose_covariance).norm() < 1e-2 * one.pose_covariance->norm());
   }
 }
 
@@ -332,30 +339,36 @@ TEST_CASE("Several structures are the same in any unit") {
     points << first, second;
     return points;
   };
-  const Matches motions{both(a.matches.points1, b.matches.points1), both(a.matches.points2, b.matches.points2)};
-  const Matches first = MakePlane(0.5, 9), second = MakePlane(0.5, 10);
-  const Matches planes{both(first.points1, second.points1), both(first.points2, second.points2)};
+  const testing::OwnedMatches motions{both(a.matches.points1, b.matches.points1),
+                                      both(a.matches.points2, b.matches.points2)};
+  const testing::OwnedMatches first = MakePlane(0.5, 9), second = MakePlane(0.5, 10);
+  const testing::OwnedMatches planes{both(first.points1, second.points1), both(first.points2, second.points2)};
   const auto scene = testing::MakeAbsolutePoseScene(150, 0.2, 0.5 / 900.0, Rng(11));
-  const ScenePoints points{scene.points.leftCols(3), 900.0 * scene.points.rightCols(2)};
-  const auto fundamentals = EstimateFundamentals(motions, Within(1.0));
-  const auto essentials = EstimateEssentials(a.matches, a.cameras, Within(1.0));
-  const auto homographies = EstimateHomographies(planes, Within(3.0));
-  const auto poses = EstimateAbsolutePoses(points, Zoom(900.0), Within(4.0));
-  const auto lines = EstimateLines(Cloud<2>(0.01), PointOptions(0.05));
-  const auto flats = EstimatePlanes(Cloud<3>(0.01), PointOptions(0.05));
+  const testing::OwnedMatches2D3D points{scene.points.leftCols(3), 900.0 * scene.points.rightCols(2)};
+  const auto fundamentals = EstimateMultipleFundamentals(motions, Within(1.0));
+  const auto essentials = EstimateMultipleEssentials(a.matches, a.cameras, Within(1.0));
+  const auto homographies = EstimateMultipleHomographies(planes, Within(3.0));
+  const auto poses = EstimateMultipleAbsolutePoses(points, Zoom(900.0), Within(4.0));
+  const auto lines = EstimateMultipleLines(Cloud<2>(0.01), PointOptions{.max_residual = 0.05});
+  const auto flats = EstimateMultiplePlanes(Cloud<3>(0.01), PointOptions{.max_residual = 0.05});
   CHECK(homographies.ok());
   CHECK(poses.ok());
   CHECK(lines.ok());
   CHECK(flats.ok());
   for (const double unit : kUnits) {
-    CheckSameStructures("F", fundamentals, EstimateFundamentals(Scaled(motions, unit), Within(unit)), unit);
+    CheckSameStructures("F", fundamentals, EstimateMultipleFundamentals(Scaled(motions, unit), Within(unit)), unit);
     CheckSameStructures("E", essentials,
-                        EstimateEssentials(Scaled(a.matches, unit), Scaled(a.cameras, unit), Within(unit)), unit);
-    CheckSameStructures("H", homographies, EstimateHomographies(Scaled(planes, unit), Within(3.0 * unit)), unit);
-    ScenePoints scaled{unit * points.points3d, unit * points.points2d};
-    CheckSameStructures("poses", poses, EstimateAbsolutePoses(scaled, Zoom(900.0 * unit), Within(4.0 * unit)), unit);
-    CheckSameStructures("lines", lines, EstimateLines(unit * Cloud<2>(0.01), PointOptions(unit * 0.05)), unit);
-    CheckSameStructures("planes", flats, EstimatePlanes(unit * Cloud<3>(0.01), PointOptions(unit * 0.05)), unit);
+                        EstimateMultipleEssentials(Scaled(a.matches, unit), Scaled(a.cameras, unit), Within(unit)),
+                        unit);
+    CheckSameStructures("H", homographies, EstimateMultipleHomographies(Scaled(planes, unit), Within(3.0 * unit)),
+                        unit);
+    testing::OwnedMatches2D3D scaled{unit * points.points3d, unit * points.points2d};
+    CheckSameStructures("poses", poses, EstimateMultipleAbsolutePoses(scaled, Zoom(900.0 * unit), Within(4.0 * unit)),
+                        unit);
+    CheckSameStructures("lines", lines,
+                        EstimateMultipleLines(unit * Cloud<2>(0.01), PointOptions{.max_residual = unit * 0.05}), unit);
+    CheckSameStructures("planes", flats,
+                        EstimateMultiplePlanes(unit * Cloud<3>(0.01), PointOptions{.max_residual = unit * 0.05}), unit);
   }
 }
 
@@ -368,8 +381,8 @@ TEST_CASE("Where no residual is named, it is a pixel, or a thousandth of how far
     const TwoViewEstimate e = EstimateEssential(Scaled(views.matches, unit), Scaled(views.cameras, unit), Within(0.0));
     CHECK(f.num_inliers > 160);
     CHECK(e.num_inliers > 160);
-    CHECK(f.noise_scale == Approx(0.5 * unit).epsilon(0.15));
-    CHECK(e.noise_scale == Approx(0.5 * unit).epsilon(0.15));
+    CHECK(f.sigma == Approx(0.5 * unit).epsilon(0.15));
+    CHECK(e.sigma == Approx(0.5 * unit).epsilon(0.15));
     CHECK(e.inlier_threshold < 1.2 * unit);
     CHECK(EstimateHomography(Scaled(MakePlane(0.5, 13), unit), Within(0.0)).num_inliers > 190);
   }
@@ -385,7 +398,7 @@ TEST_CASE("Noise of 6 px is found where 24 are allowed") {
       CAPTURE(seed, allowed, estimate.num_inliers);
       CHECK(estimate.num_inliers > 190);
       CHECK(estimate.num_inliers < 230);
-      CHECK(estimate.noise_scale == Approx(6.0).epsilon(0.35));
+      CHECK(estimate.sigma == Approx(6.0).epsilon(0.35));
     }
   }
 }
@@ -393,7 +406,7 @@ TEST_CASE("Noise of 6 px is found where 24 are allowed") {
 /// trouble/02: 0 of 60 inliers, where the same in thousandths had 60.
 TEST_CASE("A homography of coordinates from 0 to 1 is found") {
   Rng rng(14);
-  Matches matches;
+  testing::OwnedMatches matches;
   matches.points1.resize(100, 2);
   matches.points2.resize(100, 2);
   for (int i = 0; i < 100; ++i) {
@@ -407,8 +420,8 @@ TEST_CASE("A homography of coordinates from 0 to 1 is found") {
     const TwoViewEstimate estimate = EstimateHomography(matches, Within(allowed));
     CHECK(estimate.num_inliers >= 59);
     CHECK(estimate.num_inliers <= 61);
-    CHECK_FALSE(estimate.may_be_chance());
-    CHECK(estimate.noise_scale == Approx(2e-4).epsilon(0.3));
+    CHECK_FALSE(testing::MayBeChance(estimate));
+    CHECK(estimate.sigma == Approx(2e-4).epsilon(0.3));
   }
 }
 
@@ -416,16 +429,16 @@ TEST_CASE("A homography of coordinates from 0 to 1 is found") {
 TEST_CASE("The noise that is told has no floor") {
   for (const double noise : {0.0, 0.01, 0.1, 1.5}) {
     const Views views = MakeViews(noise, 15);
-    const Matches plane = MakePlane(noise, 16);
+    const testing::OwnedMatches plane = MakePlane(noise, 16);
     for (const double allowed : {0.0, 0.05 + 3.0 * noise, 12.0}) {
       CAPTURE(noise, allowed);
       const TwoViewEstimate e = EstimateEssential(views.matches, views.cameras, Within(allowed));
       const TwoViewEstimate f = EstimateFundamental(views.matches, Within(allowed));
       // Of both images' noise; one coordinate's. Of E in pixels of the cameras' mean focal length, which are unlike.
       const TwoViewEstimate h = EstimateHomography(plane, Within(allowed));
-      CHECK(e.noise_scale == Approx(noise).epsilon(0.3).margin(0.01));
-      CHECK(f.noise_scale == Approx(noise).epsilon(0.2).margin(0.01));
-      CHECK(h.noise_scale == Approx(std::sqrt(2.0) * noise).epsilon(0.2).margin(0.01));
+      CHECK(e.sigma == Approx(noise).epsilon(0.3).margin(0.01));
+      CHECK(f.sigma == Approx(noise).epsilon(0.2).margin(0.01));
+      CHECK(h.sigma == Approx(std::sqrt(2.0) * noise).epsilon(0.2).margin(0.01));
     }
   }
 }

@@ -397,15 +397,41 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("what an interval takes matches to say of focal lengths is known back, and no surer than the floor") {
+TEST_CASE("an interval is no surer than its floor") {
   Eigen::Matrix2d information;
   information << 900.0, -850.0, -850.0, 1000.0;
   const Eigen::Matrix2d wide = IntervalInformation<Eigen::Matrix2d>(information);
-  CHECK(PosteriorInformation<Eigen::Matrix2d>(wide).isApprox(information, 1e-9));
+  CHECK((information - wide).eigenvalues().real().minCoeff() > 0.0);
   const Eigen::Matrix2d sure = IntervalInformation<Eigen::Matrix2d>(1e9 * Eigen::Matrix2d::Identity());
   CHECK(1.0 / std::sqrt(sure(0, 0)) == Approx(kIntervalFloor).epsilon(1e-3));
   const Eigen::Matrix2d unsure = IntervalInformation<Eigen::Matrix2d>(1e-3 * Eigen::Matrix2d::Identity());
   CHECK(1e-3 / unsure(0, 0) == Approx(kIntervalFactor * kIntervalFactor).epsilon(1e-3));
+}
+
+TEST_CASE("matches near a plane widen the interval") {
+  const FocalPriors priors = {{{1.0, 0.4}, {1.0, 0.4}}};
+  for (const UnknownFocal unknown : {kBoth, kEach}) {
+    double width = 0.0;
+    for (const int on_plane : {0, 50, 80}) {
+      Rng rng(4);
+      UnknownFocalScene scene = MakeUnknownFocalScene(unknown, 100, rng, 0.1 * kNoise);
+      if (on_plane > 0) {
+        Rng same(4);
+        const UnknownFocalScene plane = MakeUnknownFocalScene(unknown, 100, same, 0.1 * kNoise, Motion::kAny, true);
+        const Matrix3Parameters f = FundamentalOf(scene.model);
+        REQUIRE(SampsonError(f, plane.points.row(0).data()) < kNoise);  // Of the same motion.
+        scene.points.topRows(on_plane) = plane.points.topRows(on_plane);
+      }
+      FocalParameters model = scene.model;
+      FocalPosteriors out;
+      REQUIRE(Marginalise(unknown, scene, priors, &model, &out));
+      const double now = out[1].high / out[1].low;
+      CHECK(now > width);
+      CHECK(out[1].low <= out[1].focal);
+      CHECK(out[1].focal <= out[1].high);
+      width = now;
+    }
+  }
 }
 
 TEST_CASE("lengths that are held have had no posterior") {

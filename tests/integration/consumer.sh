@@ -11,11 +11,22 @@ consume() {
 }
 consume build
 grep -q -i -E "yaml|HDF5|torch|opencv|sqlite|spdlog" "$own/build/CMakeCache.txt" && fail "the library asks for more than Eigen and TBB"
-for name in pose estimates fit_line; do
+for name in pose estimates fit_line circle upright; do
   if ldd "$own/build/$name" | cut -d "(" -f 1 | grep -E "torch|libc10|yaml|hdf5|opencv|sqlite|spdlog|fmt"; then fail "$name is linked with more"; fi
 done
 run_expecting 0 "$own/build/fit_line"
 grep -q "slope 0.500 intercept 1.000 inliers 7" "$own/out" || { cat "$own/out" >&2; fail "another line"; }
+# Own models: a circle that is known; a pose that is, in real pairs where they were prepared.
+run_expecting 0 "$own/build/circle"
+cat "$own/out"
+python=$(report_python) || python=
+for folder in runs/pairs/test/castle-P19 runs/pairs/test/lund_door runs/pairs/test/kitti_01_step_02; do
+  if [[ -z "$python" || ! -d "$folder" ]]; then echo "upright: skipped, no $folder or no python3 with h5py"; continue; fi
+  "$python" tests/integration/consumer/upright_matches.py "$folder" >"$own/rays"
+  upright() { "$own/build/upright" <"$own/rays"; }
+  run_expecting 0 upright
+  echo "upright: $folder: $(cat "$own/out")"
+done
 # Points before two cameras, every fourth match wrong: every function has an answer, those of E and of poses the motion's inliers.
 awk 'BEGIN { srand(1); for (i = 0; i < 200; ++i) { x = 4 * rand() - 2; y = 3 * rand() - 1.5; z = 4 + 4 * rand(); w = i % 4 == 0
   x2 = 0.995 * x + 0.0998 * z + 0.9; z2 = 0.995 * z - 0.0998 * x + 0.2

@@ -52,7 +52,7 @@ class DropIns(unittest.TestCase):
 class TestCv2(DropIns):
     def test_essential_of_all_shapes_types_and_overloads(self):
         s = self.scene
-        expected = diffsac.estimate_essential(s.x1, s.x2, K, K, max_residual_px=1.0)
+        expected = diffsac.estimate_essential(s.x1, s.x2, K, K, max_residual=1.0)
         for shape in (lambda x: x, lambda x: x[:, None], lambda x: x[None]):
             E, mask = ours.findEssentialMat(shape(s.x1), shape(s.x2), K, cv2.RANSAC, 0.999, 1.0)
             np.testing.assert_array_equal(E, expected.model)
@@ -81,11 +81,11 @@ class TestCv2(DropIns):
     def test_fundamental_homography_and_pnp(self):
         s, flat = self.scene, slice(0, 100)
         F, mask = ours.findFundamentalMat(s.x1, s.x2, cv2.FM_RANSAC, 1.0, 0.99, 2000)
-        expected = diffsac.estimate_fundamental(s.x1, s.x2, max_residual_px=1.0)
+        expected = diffsac.estimate_fundamental(s.x1, s.x2, max_residual=1.0)
         np.testing.assert_allclose(F, expected.model / expected.model[2, 2])
         np.testing.assert_array_equal(mask[:, 0] > 0, expected.inliers)
         H, mask = ours.findHomography(s.x1[flat], s.x2[flat], cv2.RANSAC, 3.0, maxIters=200)
-        expected = diffsac.estimate_homography(s.x1[flat], s.x2[flat], max_residual_px=3.0, max_iterations=200)
+        expected = diffsac.estimate_homography(s.x1[flat], s.x2[flat], max_residual=3.0, max_iterations=200)
         np.testing.assert_allclose(H, expected.model / expected.model[2, 2])
         found, rvec, tvec, inliers = ours.solvePnPRansac(s.points3d, bent(s.x2), K, np.array(LENS["params"][4:]), reprojectionError=4.0)
         self.assertTrue(found)
@@ -132,7 +132,7 @@ class TestCv2(DropIns):
     def test_usac_params_in_the_place_of_a_method(self):
         s, params, wide = self.scene, cv2.UsacParams(), np.diag([0.9, 0.9, 1]) @ K
         params.threshold, params.maxIterations, params.randomGeneratorState = 0.5, 200, 3
-        options = {"max_residual_px": 0.5, "max_iterations": 200, "seed": 3}
+        options = {"max_residual": 0.5, "max_iterations": 200, "seed": 3}
         mask = np.zeros((200, 1), np.uint8)
         F = diffsac.estimate_fundamental(s.x1, s.x2, **options)
         np.testing.assert_allclose(ours.findFundamentalMat(s.x1, s.x2, params, mask)[0], F.model / F.model[2, 2])
@@ -203,7 +203,7 @@ class TestCv2(DropIns):
 class TestPoselib(DropIns):
     def test_both_signatures_give_the_same(self):
         s = self.scene
-        expected = diffsac.estimate_essential(s.x1, s.x2, K, K, scores=self.scores, max_residual_px=1.5)
+        expected = diffsac.estimate_essential(s.x1, s.x2, K, K, scores=self.scores, max_residual=1.5)
         for pose, info in (
             diffsac.poselib.estimate_relative_pose(s.x1, s.x2, CAMERA, CAMERA, {"max_epipolar_error": 1.5}, {"loss": "CAUCHY"}, scores=self.scores),
             diffsac.poselib.estimate_relative_pose(
@@ -328,7 +328,7 @@ class TestGlueFactory(DropIns):
         camera = types.SimpleNamespace(to_cameradict=lambda: CAMERA)
         data = {"m_kpts0": Tensor(s.x1), "m_kpts1": Tensor(s.x2), "camera0": camera, "camera1": camera, "m_scores": Tensor(self.scores)}
         found = self.estimator({"ransac_th": 1.0})(data)
-        expected = diffsac.estimate_essential(s.x1, s.x2, K, K, scores=self.scores, max_residual_px=1.0)
+        expected = diffsac.estimate_essential(s.x1, s.x2, K, K, scores=self.scores, max_residual=1.0)
         self.assertTrue(found["success"])
         np.testing.assert_allclose(found["M_0to1"].array, np.c_[expected.pose.rotation, expected.pose.translation], atol=1e-12)
         np.testing.assert_array_equal(found["inliers"].array, expected.inliers)
@@ -381,7 +381,7 @@ class TestHloc(DropIns):
     def test_pairs_are_verified_with_scores(self):
         s = self.scene
         x1, x2 = (x.astype(np.float32).astype(float) for x in (s.x1, s.x2))
-        sizes = {"size1": SIZE, "size2": SIZE, "use_network": False}
+        sizes = {"size1": SIZE, "size2": SIZE, "guidance": "none"}
         has_h5py = importlib.util.find_spec("h5py") is not None
         for prior in (True, False):
             for scores in [None] + [self.scores.astype(np.float16).astype(float)] * has_h5py:
@@ -419,7 +419,7 @@ class TestHloc(DropIns):
         with mock.patch.dict(sys.modules, pycolmap=FakePycolmap(s, True)):
             found = localizer.localize(all_points, np.arange(200) + 7, list(points), CAMERA)
             self.assertIsNone(localizer.localize(all_points, [7, 8], [10, 11], CAMERA))
-        expected = diffsac.estimate_absolute_pose(s.points3d, s.x2, K, max_residual_px=4.0)
+        expected = diffsac.estimate_absolute_pose(s.points3d, s.x2, K, max_residual=4.0)
         np.testing.assert_allclose(found["cam_from_world"][0], expected.pose.rotation, atol=1e-12)
         self.assertEqual(found["num_inliers"], expected.num_inliers)
 

@@ -1,42 +1,47 @@
-"""Robust estimation of geometric models from points that are only partly right.
+"""Robust estimation of geometric models in the presence of outliers.
 
-    estimate = diffsac.estimate_essential(x1, x2, K1, K2, ratio)
-    if estimate.ok and not estimate.may_be_chance:
+    estimate = diffsac.estimate_essential(x1, x2, K1, K2, snn_ratio, confidence=0.9999, seed=7)
+    if estimate.verdict is diffsac.Verdict.RELIABLE:
         use(estimate.pose.rotation, estimate.inliers)
 
-Points are arrays of N rows in pixels (lines and planes: in any unit). `ratio` has for each match the distance of the
-nearest descriptor to that of the second-nearest, lower is better: not needed, but it helps most. `scores`, of matchers that give
-some, are in its place: from 0 to 1, higher is better, of all matches. `max_residual_px` is the
-greatest residual of an inlier in the unit of the points (0: 1 px, homographies 3, absolute poses 4, and of points that
-are in no pixels as much in thousandths of how far they go), `max_iterations` how many minimal samples are
-drawn at most (0: what is recommended). The same input, options and seed give the same result.
+By default a small network and PROSAC together guide the samples of E, F and H (guidance="network"): it finds more poses than
+PROSAC where few matches are right, and as many as the diffusion process of the paper (guidance="diffusion") in a fraction of
+its time. guidance="none" is PROSAC alone.
 
-Bad data is a status of the result. Arguments that make no sense, and models that are not found, are a ValueError; too few
-or unknown arguments are a TypeError. Rows with values that are not finite, or masked, are left out, and of equal rows one
-counts. Other Python threads run during an estimate.
+Points are arrays of N rows in pixels or any other unit. `snn_ratio` is, for each match, the descriptor distance of the nearest
+neighbour divided by that of the second-nearest: it is optional, but helps most. `scores` replaces it for matchers with
+confidences. The same input, options and seed give the same result.
+
+Returns a status for bad data. Raises ValueError for options out of range and TypeError for missing or unknown arguments.
+Rows with values that are not finite, or masked, are dropped, and duplicates are merged. Other Python threads run during an
+estimate.
 """
+
+import warnings as _warnings
+from typing import Any as _Any
 
 from . import _native
 from ._calls import explained as _explained
-from ._results import AbsolutePoseEstimate, Cost, Estimate, Estimates, Focal, Horizon, Pose, RigidMotionEstimate
-from ._results import SharedFocalEstimate, SimilarityEstimate, Status, Translation, TwoViewEstimate, VanishingFocal
-from ._results import VanishingPointsEstimate
+from ._former_names import NAMES as _NAMES
+from ._results import AbsolutePoseEstimate, Degeneracy, Diagnostics, Estimate, EstimationStats, Focal, FocalConflict, Horizon
+from ._results import MultiModelEstimate, Pose, PoseEstimate, RigidMotionEstimate, SimilarityEstimate, Status, TwoViewEstimate, UnknownFocalEstimate
+from ._results import VanishingFocal, VanishingPointsEstimate, Verdict
 
 estimate_absolute_pose = _explained(_native.estimate_absolute_pose)
-estimate_absolute_poses = _explained(_native.estimate_absolute_poses)
 estimate_essential = _explained(_native.estimate_essential)
-estimate_essentials = _explained(_native.estimate_essentials)
 estimate_fundamental = _explained(_native.estimate_fundamental)
-estimate_fundamentals = _explained(_native.estimate_fundamentals)
-estimate_homographies = _explained(_native.estimate_homographies)
 estimate_homography = _explained(_native.estimate_homography)
 estimate_line = _explained(_native.estimate_line)
-estimate_lines = _explained(_native.estimate_lines)
+estimate_multiple_absolute_poses = _explained(_native.estimate_multiple_absolute_poses)
+estimate_multiple_essentials = _explained(_native.estimate_multiple_essentials)
+estimate_multiple_fundamentals = _explained(_native.estimate_multiple_fundamentals)
+estimate_multiple_homographies = _explained(_native.estimate_multiple_homographies)
+estimate_multiple_lines = _explained(_native.estimate_multiple_lines)
+estimate_multiple_planes = _explained(_native.estimate_multiple_planes)
+estimate_multiple_rigid_motions = _explained(_native.estimate_multiple_rigid_motions)
 estimate_one_focal = _explained(_native.estimate_one_focal)
 estimate_plane = _explained(_native.estimate_plane)
-estimate_planes = _explained(_native.estimate_planes)
 estimate_rigid_motion = _explained(_native.estimate_rigid_motion)
-estimate_rigid_motions = _explained(_native.estimate_rigid_motions)
 estimate_shared_focal = _explained(_native.estimate_shared_focal)
 estimate_similarity = _explained(_native.estimate_similarity)
 estimate_two_focals = _explained(_native.estimate_two_focals)
@@ -44,38 +49,49 @@ estimate_vanishing_points = _explained(_native.estimate_vanishing_points)
 
 __version__: str = _native.VERSION
 
+def __getattr__(name: str) -> _Any:
+    if name not in _NAMES:
+        raise AttributeError(f"module 'diffsac' has no attribute '{name}'")
+    _warnings.warn(f"diffsac.{name} is diffsac.{_NAMES[name]} since diffsac 0.3", DeprecationWarning, stacklevel=2)
+    return globals()[_NAMES[name]]
+
+
 __all__ = [
     "AbsolutePoseEstimate",
-    "Cost",
+    "Degeneracy",
+    "Diagnostics",
     "Estimate",
-    "Estimates",
+    "EstimationStats",
     "Focal",
+    "FocalConflict",
     "Horizon",
+    "MultiModelEstimate",
     "Pose",
+    "PoseEstimate",
     "RigidMotionEstimate",
-    "SharedFocalEstimate",
     "SimilarityEstimate",
     "Status",
-    "Translation",
     "TwoViewEstimate",
+    "UnknownFocalEstimate",
     "VanishingFocal",
     "VanishingPointsEstimate",
+    "Verdict",
     "__version__",
     "estimate_absolute_pose",
-    "estimate_absolute_poses",
     "estimate_essential",
-    "estimate_essentials",
     "estimate_fundamental",
-    "estimate_fundamentals",
-    "estimate_homographies",
     "estimate_homography",
     "estimate_line",
-    "estimate_lines",
+    "estimate_multiple_absolute_poses",
+    "estimate_multiple_essentials",
+    "estimate_multiple_fundamentals",
+    "estimate_multiple_homographies",
+    "estimate_multiple_lines",
+    "estimate_multiple_planes",
+    "estimate_multiple_rigid_motions",
     "estimate_one_focal",
     "estimate_plane",
-    "estimate_planes",
     "estimate_rigid_motion",
-    "estimate_rigid_motions",
     "estimate_shared_focal",
     "estimate_similarity",
     "estimate_two_focals",

@@ -4,39 +4,46 @@ import difflib
 import functools
 import inspect
 import re
-from typing import Any, Callable, Iterable, Mapping, ParamSpec, Tuple, TypeVar
+import warnings
+from typing import Any, Callable, Dict, Iterable, Mapping, ParamSpec, Tuple, TypeVar
+
+from ._former_names import KEYWORDS
 
 # What `help` says of each argument; pixels may be any unit, the same for all of a call.
 ARGUMENTS = {
     "x1": "N × 2, points of image 1 in pixels.",
-    "x2": "N × 2, those of image 2: row i is the match of row i of x1.",
+    "x2": "N × 2, points of image 2: row i matches row i of x1.",
     "K1": "3 × 3, calibration matrix of image 1, without lens distortion.",
-    "K2": "3 × 3, that of image 2.",
+    "K2": "3 × 3, calibration matrix of image 2.",
     "points3d": "N × 3, points of the scene.",
-    "points2d": "N × 2, in pixels: where the image shows them.",
+    "points2d": "N × 2, their places in the image, in pixels.",
     "K": "3 × 3, calibration matrix of the image, without lens distortion.",
-    "points": "N × 2 of lines, N × 3 of planes.",
+    "points": "N × 2 for lines, N × 3 for planes.",
     "points1": "N × 3, points of cloud 1.",
-    "points2": "N × 3, those of cloud 2: row i is the match of row i of points1.",
+    "points2": "N × 3, points of cloud 2: row i matches row i of points1.",
     "segments": "N × 4: x1 y1 x2 y2, the ends of each segment, in pixels.",
-    "ratio": "N from 0 to 1: distance of the nearest descriptor / that of the second-nearest, lower is better. None: unknown.",
-    "scores": "N from 0 to 1, higher is better, of matchers that give some, of all matches: in the place of ratio.",
+    "snn_ratio": "N from 0 to 1: descriptor distance of the nearest neighbour / that of the second-nearest, lower is better. None: unknown.",
+    "scores": "N from 0 to 1, higher is better: a matcher's confidences of all matches, instead of snn_ratio.",
     "size": "(width, height) of the image; needed without K.",
     "size1": "(width, height) of image 1.",
     "size2": "(width, height) of image 2.",
-    "similarities": "N × 2: log(size2 / size1) and angle2 − angle1 in radians, of the keypoints of each match.",
+    "scale_rotation_changes": "N × 2: log(size2 / size1) and angle2 − angle1 in radians, of the keypoints of each match.",
     "principal_point1": "(x, y) of image 1. None: the centre of size1.",
     "principal_point2": "(x, y) of image 2. None: the centre of size2.",
     "prior": "(likeliest focal length in pixels, standard deviation of its logarithm). None: that of cameras in general.",
-    "prior2": "That of the second camera. None: as prior.",
-    "max_residual_px": "Greatest residual of an inlier, in the unit of the points. 0: 1 px, homographies 3, absolute poses 4.",
-    "max_residual_deg": "Greatest angle of a segment with the direction to its vanishing point.",
-    "max_distance": "Greatest distance of an inlier, in the unit of the points. 0, of clouds alone: twice the resolution of points2.",
-    "least_value": "The list ends before the first of which the network is less sure, from 0 to 1. 0: eight.",
-    "max_iterations": "How many minimal samples are drawn at most. 0: what is recommended.",
-    "use_network": "False: no network is read.",
-    "models_folder": "A folder of other networks. None: those of the package.",
-    "seed": "Of the random draws, 0 or more: the same seed, the same result.",
+    "prior2": "The prior of the second camera. None: as prior.",
+    "max_residual": "Inlier threshold in the unit of the points. None: 1 px, homographies 3, absolute poses 4; registration: twice the "
+    "resolution of points2. Lines and planes need it.",
+    "max_residual_deg": "Maximum angle between a segment and the direction to its vanishing point.",
+    "least_value": "The list ends before the first vanishing point of lower probability, from 0 to 1. 0: eight.",
+    "max_iterations": "Maximum number of minimal samples. None: the recommended one.",
+    "min_iterations": "Minimum number of minimal samples. None: the recommended one.",
+    "confidence": "Stops when a better model would have been sampled with this probability. None: 0.9999.",
+    "num_threads": "Threads of this call, 0: one for each core. Results do not depend on it.",
+    "initial_model": "A model of the result's shape to score in addition to the sampled ones.",
+    "guidance": "'network', 'none' (PROSAC alone) or 'diffusion' (the paper's method).",
+    "models_folder": "A folder of networks to use instead of the package's.",
+    "seed": "Seed of the random samples, 0 or more: the same seed, the same result.",
 }
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -49,15 +56,27 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        named = renamed(kwargs, signature.parameters)
         try:
-            return function(*args, **kwargs)
+            return function(*args, **named)
         except TypeError as error:
-            raise _explanation(function.__name__, signature, args, kwargs, error) from None
+            raise _explanation(function.__name__, signature, args, named, error) from None
 
     call.__module__ = "diffsac"
     call.__doc__ = f"{doc}\n\n{described(signature.parameters)}"
     setattr(call, "__signature__", signature)
     return call
+
+
+def renamed(kwargs: Mapping[str, Any], known: Iterable[str]) -> Dict[str, Any]:
+    """The same arguments, those of 0.2 by their names of today, if these are among `known`, with a DeprecationWarning."""
+    named = dict(kwargs)
+    for old in [key for key in named if key in KEYWORDS and key not in known]:
+        new, value_of = KEYWORDS[old]
+        if new in known and new not in named:
+            warnings.warn(f"{old} is {new} since diffsac 0.3", DeprecationWarning, stacklevel=3)
+            named[new] = value_of(named.pop(old))
+    return named
 
 
 def described(names: Iterable[str]) -> str:

@@ -1,11 +1,15 @@
 """What the estimates return. Fields are those of the C++ header diffsac/diffsac.h."""
 
 import enum
+import operator
+import warnings
 from dataclasses import dataclass
-from typing import Optional, Tuple
+from typing import TYPE_CHECKING, Any, Optional, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ._former_names import FIELDS
 
 Floats = NDArray[np.float64]
 
@@ -20,28 +24,82 @@ class Status(str, enum.Enum):
     TOO_MANY_POINTS = "too_many_points"
 
 
-class Translation(str, enum.Enum):
-    """Whether the matches of two views determine the translation, or, of F and H, the model; else why not."""
+class Verdict(str, enum.Enum):
+    """Whether a result may be used. If several hold, the first."""
 
-    NOT_TESTED = "not_tested"  # There is no model.
+    FAILED = "failed"  # No model; `status` says why.
+    UNSUPPORTED = "unsupported"  # No more inliers than unrelated points would give: do not use it.
+    UNRELIABLE = "unreliable"  # E, F: more often wrong than right, by more than 10 degrees in R or t.
+    ROTATION_ONLY = "rotation_only"  # The camera only rotated, or did not move: R is right, t is 0.
+    PLANAR = "planar"  # The inliers lie on one plane (F) or line: they are right, the model is one of many that fit.
+    AMBIGUOUS = "ambiguous"  # Two poses explain the inliers: `pose` and `ambiguous_pose`.
+    RELIABLE = "reliable"
+
+
+class Degeneracy(str, enum.Enum):
+    """What the inliers of two views leave undetermined."""
+
+    NOT_TESTED = "not_tested"  # There is no model, or it is not of two views.
     DETERMINED = "determined"
-    TURN = "turn_in_place"  # The camera only turned: any translation explains the matches.
+    PURE_ROTATION = "pure_rotation"  # Any translation explains the matches.
     STATIC = "static"  # The images show no motion.
-    PLANE = "plane"  # F: the matches lie on one plane, or the camera only turned.
+    PLANE = "plane"  # F: the matches lie on one plane, or the camera only rotated.
     LINE = "line"  # The matches lie on one line.
 
 
-@dataclass(frozen=True, eq=False)
-class Cost:
-    """What an estimate cost: every model that was solved or scored, and milliseconds."""
+class _Result:
+    """Fields of version 0.2, which warn; removed in 0.4."""
 
-    hypotheses: int
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            new = FIELDS.get(name)
+            if new is None:
+                raise AttributeError(f"{type(self).__name__} has no field '{name}'")
+            if "diagnostics" not in getattr(type(self), "__dataclass_fields__", {}):
+                new = new.rpartition(".")[2]
+            value = operator.attrgetter(new)(self)
+            warnings.warn(f"{name} is {new} since diffsac 0.3", DeprecationWarning, stacklevel=2)
+            return value
+
+
+@dataclass(frozen=True, eq=False)
+class EstimationStats(_Result):
+    """Work and time of an estimate."""
+
+    hypotheses: int  # Models that were solved or scored.
     unique_minimal_sets: int
-    draws: int
-    ms_features: float
+    iterations: int  # Minimal samples.
+    ms_features: float  # Milliseconds, as those below.
     ms_network: float
     ms_consensus: float
     ms_total: float
+
+
+@dataclass(frozen=True, eq=False)
+class FocalConflict:
+    """Focal lengths of the two images, in pixels, that contradict the matches."""
+
+    said_px: Tuple[float, float]  # By a calibration, or the median of the prior.
+    found_px: Tuple[float, float]  # By the matches alone.
+    low_px: Tuple[float, float]  # From `low_px` to `high_px`: 68 % of these.
+    high_px: Tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnostics:
+    """The numbers behind a verdict."""
+
+    log10_nfa: float  # log10 of the number of models with as many inliers expected by chance. Above 0: UNSUPPORTED.
+    error_probability: float  # E, F: that R or t is off by more than 10 degrees. Above 0.5: UNRELIABLE. Else NaN.
+    degeneracy: Degeneracy
+    cheirality_failure_ratio: float  # E, absolute poses: share of fitting points behind a camera, which are no inliers.
+    mirrored: bool  # The matches fit the mirror image of the second photograph; the result is UNSUPPORTED then.
+    # E, unknown focal lengths: the matches contradict K1 and K2, or the prior. The result is UNRELIABLE then.
+    focal_conflict: Optional[FocalConflict]
+    scores_ignored: bool  # Ratios or scores were not used: right matches do not have the better ones.
+    num_nonfinite: int  # Rows with a non-finite or masked value, which are dropped.
+    num_duplicates: int  # Rows that equal another one. Everything but `num_inliers` counts them once.
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,106 +124,97 @@ class Focal:
 
 
 @dataclass(frozen=True, eq=False)
-class Estimate:
-    """One model. Lines and planes: coefficients; two views: 3 × 3; absolute poses: [R | t], 3 × 4."""
+class Estimate(_Result):
+    """One model. Lines and planes: coefficients; two views: 3 × 3; absolute poses and registration: 3 × 4."""
 
     status: Status
+    verdict: Verdict  # Whether the result may be used.
     model: Floats  # Zero unless the status is OK.
     inliers: NDArray[np.bool_]  # N: which points are inliers of `model`.
-    num_inliers: int  # Of `inliers`, repeated rows included.
-    inlier_threshold: float  # Of these: what was asked for, or less where the noise was found to be less.
-    noise_scale: float  # σ of one coordinate of the inliers' residuals, in pixels or the points' unit; NaN: not estimated.
-    log_false_alarms: float  # log10 of the number of models with as many inliers that chance would give.
+    num_inliers: int  # Number of True in `inliers`, duplicates included.
+    inlier_threshold: float  # Threshold of `inliers`: max_residual, or less if the noise is lower.
+    sigma: float  # Standard deviation of one coordinate of the inliers' residuals; NaN if it was not estimated.
     inlier_probabilities: Optional[NDArray[np.float32]]  # N, by the network before the search; None without one.
-    posteriors: NDArray[np.float32]  # N, how likely each match or point is right under the model; 0 without one.
-    cost: Cost
-    rows_left_out: int  # That have a value that is not finite, or masked.
-    repeated_rows: int  # That equal another one: `log_false_alarms` and all else but `num_inliers` count it once.
-    scores_ignored: bool  # Whether scores or ratios were not used: right matches are not the better scored, or none were found by them.
+    posteriors: NDArray[np.float32]  # N: probability that each point is right under the model; 0 without one.
+    diagnostics: Diagnostics
+    stats: EstimationStats
 
     @property
     def ok(self) -> bool:
         return self.status is Status.OK
 
     @property
+    def reliable(self) -> bool:
+        return self.verdict is Verdict.RELIABLE
+
+    @property
     def may_be_chance(self) -> bool:
-        """Whether points without any model would give one like this: better not relied upon."""
-        return self.log_false_alarms > 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class TwoViewEstimate(Estimate):
-    """F, E or H."""
-
-    pose: Optional[Pose]  # E: the second camera seen from the first; t = 0 where it only turned or stood still.
-    pose_covariance: Optional[Floats]  # 6 × 6 in the order (ω, t): R = exp([ω]×) R̂, of rank 5; or None.
-    translation: Translation
-    mirrored: bool  # Whether the matches fit the mirror image of the second photograph; the result may be chance then.
-    error_probability: float  # E and F: how likely R or t is off by more than 10°, learned on photographs; else NaN.
-    share_behind: float  # E: of the matches that fit, the share behind a camera, which are no inliers.
-    other_pose: Optional[Pose]  # Of matches on one plane: another motion that explains them as well; else None.
+        """Of version 0.2: the verdict is UNSUPPORTED."""
+        return self.verdict is Verdict.UNSUPPORTED
 
     @property
     def may_be_wrong(self) -> bool:
-        """Whether results like this are wrong too often to rely on."""
-        return self.may_be_chance or self.error_probability > 0.5
+        """Of version 0.2: the verdict is UNSUPPORTED or UNRELIABLE."""
+        return self.verdict in (Verdict.UNSUPPORTED, Verdict.UNRELIABLE)
 
 
 @dataclass(frozen=True, eq=False)
-class SharedFocalEstimate(TwoViewEstimate):
+class PoseEstimate(Estimate):
+    """One model with a pose."""
+
+    # Two views: the second camera in the first one's frame, |t| = 1, or t = 0 if it only rotated. Absolute poses: world to
+    # camera. Registration: points2 = R points1 + t. None if it is not determined.
+    pose: Optional[Pose]
+    pose_covariance: Optional[Floats]  # In the order (ω, t), with a scale (ω, t, log s): R = exp([ω]×) R̂; or None.
+    ambiguous_pose: Optional[Pose]  # A second pose that explains the points nearly as well, or None.
+
+    @property
+    def ambiguous(self) -> bool:
+        """Of version 0.2: there is an `ambiguous_pose`."""
+        return self.ambiguous_pose is not None
+
+
+@dataclass(frozen=True, eq=False)
+class TwoViewEstimate(PoseEstimate):
+    """F, E or H. The pose is E's."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnknownFocalEstimate(TwoViewEstimate):
     """F of two views of unknown focal length. `pose_covariance` is None."""
 
     focal: Optional[Focal]
-    K1: Floats  # Of these focal lengths; the identity unless the status is OK.
+    K1: Floats  # With these focal lengths; the identity unless the status is OK.
     K2: Floats
 
 
 @dataclass(frozen=True, eq=False)
-class AbsolutePoseEstimate(Estimate):
+class AbsolutePoseEstimate(PoseEstimate):
     """A world-to-camera pose."""
 
-    pose: Pose  # As `model`; the identity unless the status is OK.
-    pose_covariance: Optional[Floats]  # 6 × 6 in the order (ω, t), t in the scene's unit; or None.
-    share_behind: float  # Of the points that fit, the share behind the camera, which are no inliers.
-    other_pose: Optional[Pose]  # Of a plane, where the points do not say which of two poses is right; else None.
-
-    @property
-    def ambiguous(self) -> bool:
-        return self.other_pose is not None
-
 
 @dataclass(frozen=True, eq=False)
-class RigidMotionEstimate(Estimate):
+class RigidMotionEstimate(PoseEstimate):
     """A motion between two clouds: points2 ≈ R points1 + t."""
 
-    motion: Pose  # As `model`; the identity unless the status is OK.
-    covariance: Optional[Floats]  # 6 × 6 in the order (ω, t), ω in the second cloud's frame, t as in `motion`; or None.
-    other_motion: Optional[Pose]  # Of a symmetric thing: another motion, of other matches, that may be right; else None.
-
-    @property
-    def ambiguous(self) -> bool:
-        return self.other_motion is not None
-
 
 @dataclass(frozen=True, eq=False)
-class SimilarityEstimate(Estimate):
-    """A motion with a scale: points2 ≈ s R points1 + t."""
+class SimilarityEstimate(PoseEstimate):
+    """A motion with a scale: points2 ≈ s R points1 + t. `pose` is R and t."""
 
     scale: float  # s.
-    motion: Pose  # R and t; the identity unless the status is OK.
-    covariance: Optional[Floats]  # 7 × 7 in the order (ω, t, log s); or None.
 
 
 @dataclass(frozen=True, eq=False)
-class Estimates:
-    """Several models of one kind in the same points, found without being told how many."""
+class MultiModelEstimate(_Result):
+    """Multiple models of one kind in the same points. Their number is found."""
 
-    status: Status  # NO_MODEL: nothing that chance would not give.
+    status: Status  # NO_MODEL: no model has more points than chance would give it.
     models: Floats  # M × the shape of one model, that of most points first.
-    assignment: NDArray[np.int32]  # N: 0 for a point of none, k for one of models[k - 1].
-    cost: Cost
-    rows_left_out: int  # As Estimate's.
-    repeated_rows: int
+    assignment: NDArray[np.int32]  # N: 0 for an outlier, k for a point of models[k - 1].
+    stats: EstimationStats
+    num_nonfinite: int  # As Diagnostics'.
+    num_duplicates: int
 
     @property
     def ok(self) -> bool:
@@ -194,7 +243,7 @@ class Horizon:
 
 
 @dataclass(frozen=True, eq=False)
-class VanishingPointsEstimate:
+class VanishingPointsEstimate(_Result):
     """The vanishing points of an image, the surest first."""
 
     status: Status  # NO_MODEL: nothing that a person would call one.
@@ -205,9 +254,9 @@ class VanishingPointsEstimate:
     K: Optional[Floats]  # That was given, or of `focal`.
     focal: Optional[VanishingFocal]  # Found where no K was given.
     horizon: Optional[Horizon]
-    cost: Cost
-    rows_left_out: int  # As Estimate's.
-    repeated_rows: int
+    stats: EstimationStats
+    num_nonfinite: int  # As Diagnostics'.
+    num_duplicates: int
 
     @property
     def ok(self) -> bool:

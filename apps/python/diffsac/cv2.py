@@ -1,9 +1,9 @@
 """OpenCV's robust estimators with diffsac behind them, for a program that is written for cv2: `import diffsac.cv2 as cv2`.
 
 findEssentialMat, findFundamentalMat, findHomography and solvePnPRansac take what cv2's take, in each of its orders, and `scores`,
-`ratio`, `size1`, `size2`, `use_network` and `seed` by name; everything else is cv2's own. So are fits without outliers (method 0 of
+`snn_ratio`, `size1`, `size2`, `guidance` and `seed` by name; everything else is cv2's own. So are fits without outliers (method 0 of
 findHomography, 7 and 8 points) and what cv2 says of fewer points than a model needs. Of `method`, flags and confidence nothing else
-is read, and of UsacParams threshold, maxIterations and randomGeneratorState; a threshold is `max_residual_px`.
+is read, and of UsacParams threshold, maxIterations and randomGeneratorState; a threshold is `max_residual`.
 """
 
 import functools
@@ -17,7 +17,7 @@ import numpy as np
 import diffsac
 
 from ._calls import described
-from ._results import Estimate
+from ._results import Estimate, Pose
 from ._seams import budget_of, points_of
 
 _cv2: Any = importlib.import_module("cv2")
@@ -36,8 +36,8 @@ def _drop_in(fewest: int, estimate: Callable[..., Any], *orders: str, fits: Tupl
     ways = [inspect.signature(eval(f"lambda {order}: None")) for order in orders]
     names = {name for way in ways for name in way.parameters}
     first, others = ways[0].parameters, inspect.signature(estimate).parameters
-    unlike = ("x1", "x2", "K1", "K2", "points3d", "points2d", "K", "max_residual_px", "max_iterations")
-    by_name = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for name, one in others.items() if name not in unlike]
+    unlike = ("x1", "x2", "K1", "K2", "points3d", "points2d", "K", "max_residual", "max_iterations")
+    by_name = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for name, one in others.items() if name not in names.union(unlike)]
 
     def made(function: Callable[[Given, Dict[str, Any]], Any]) -> Callable[..., Any]:
         name = function.__name__
@@ -81,9 +81,9 @@ def _fits(name: str, value: Any, default: Any) -> bool:
 def _options(given: Given) -> Dict[str, Any]:
     """Ours."""
     if params := given.get("params"):
-        return {"max_residual_px": params.threshold, "seed": params.randomGeneratorState % 2**32, **budget_of(params.maxIterations)}
+        return {"max_residual": params.threshold, "seed": params.randomGeneratorState % 2**32, **budget_of(params.maxIterations)}
     budget = budget_of(given.get("maxIters", given.get("iterationsCount")))
-    return {**budget, **{"max_residual_px": given[key] for key in _THRESHOLDS if key in given}}
+    return {**budget, **{"max_residual": given[key] for key in _THRESHOLDS if key in given}}
 
 
 def _filled(given: Any, result: Any, shapes: Tuple[Tuple[int, ...], ...]) -> Any:
@@ -161,9 +161,10 @@ def solvePnPRansac(given: Given, options: Dict[str, Any]) -> Any:
     K = np.asarray(given["cameraMatrix"], float)
     x = _straight(points_of(given["imagePoints"]), K, given.get("distCoeffs"))
     estimate = diffsac.estimate_absolute_pose(points_of(given["objectPoints"], 3), x, K, **options)
-    found = estimate.ok and not estimate.may_be_chance
+    found = estimate.pose is not None and estimate.verdict is not diffsac.Verdict.UNSUPPORTED
     rows = np.flatnonzero(estimate.inliers).astype(np.int32)[:, None]
-    vectors = _cv2.Rodrigues(estimate.pose.rotation)[0], estimate.pose.translation[:, None].copy()
+    pose = estimate.pose or Pose(np.eye(3), np.zeros(3))
+    vectors = _cv2.Rodrigues(pose.rotation)[0], pose.translation[:, None].copy()
     rvec, tvec = (_filled(given.get(name), vector, ((3, 1),)) for name, vector in zip(("rvec", "tvec"), vectors))
     camera = (given["cameraMatrix"],) if "params" in given else ()
     return (found, *camera, rvec, tvec, _filled(given.get("inliers"), rows, (rows.shape,)) if found else None)

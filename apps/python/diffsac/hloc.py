@@ -12,7 +12,8 @@ import numpy as np
 
 import diffsac
 
-from ._results import TwoViewEstimate
+from ._calls import ARGUMENTS, renamed
+from ._results import TwoViewEstimate, Verdict
 from ._seams import camera_points
 
 FEWEST_INLIERS = 15  # Of a pair that counts, as COLMAP's min_num_inliers.
@@ -21,7 +22,9 @@ FEWEST_INLIERS = 15  # Of a pair that counts, as COLMAP's min_num_inliers.
 def verification(matches: Optional[Any] = None, **options: Any) -> Callable[..., None]:
     """A function that takes what hloc's estimation_and_geometric_verification takes, and writes a two-view geometry for each pair whose
     matches the database has: E of cameras with a prior focal length, else F. matches: hloc's file of them, whose matching_scores0 are
-    the scores of the estimates; None: there are no scores. options: of the estimates, without a network unless use_network=True."""
+    the scores of the estimates; None: there are no scores. options: of the estimates, without a network unless guidance="network"."""
+
+    options = renamed(options, ARGUMENTS)
 
     def verify(database_path: Any, pairs_path: Any, verbose: bool = False) -> None:
         pycolmap = importlib.import_module("pycolmap")
@@ -40,7 +43,7 @@ def verification(matches: Optional[Any] = None, **options: Any) -> Callable[...,
             if len(rows) == 0 or database.exists_two_view_geometry(*ids):
                 continue
             points = [database.read_keypoints(id)[rows[:, i], :2].astype(float) for i, id in enumerate(ids)]
-            given = {"use_network": False, "scores": _scores(matches, name1, name2, rows), **options}
+            given = {"guidance": "none", "scores": _scores(matches, name1, name2, rows), **options}
             geometry = _geometry(pycolmap, points, rows, [cameras[image.camera_id] for image in both], given)
             database.write_two_view_geometry(*ids, geometry)
             if verbose:
@@ -56,7 +59,7 @@ class QueryLocalizer:
     def __init__(self, reconstruction: Any, config: Optional[Dict[str, Any]] = None, **options: Any) -> None:
         self.reconstruction, self.config = reconstruction, config or {}
         most = self.config.get("estimation", {}).get("ransac", {}).get("max_error")
-        self.options = {**({"max_residual_px": most} if most else {}), **options}
+        self.options = {**({"max_residual": most} if most else {}), **options}
 
     def localize(self, points2D_all: Any, points2D_idxs: Any, points3D_id: Any, query_camera: Any, scores: Optional[Any] = None) -> Optional[Any]:
         """{"cam_from_world", "num_inliers", "inlier_mask"}, or None. points2D_all: in COLMAP's pixels, as hloc gives them."""
@@ -64,7 +67,7 @@ class QueryLocalizer:
         points3d = np.array([self.reconstruction.points3D[j].xyz for j in points3D_id]).reshape(-1, 3)
         x, K = camera_points(np.asarray(points2D_all, float)[points2D_idxs].reshape(-1, 2), query_camera)
         estimate = diffsac.estimate_absolute_pose(points3d, x, K, scores=scores, **self.options)
-        if not estimate.ok:
+        if estimate.pose is None:
             return None
         pose = pycolmap.Rigid3d(pycolmap.Rotation3d(estimate.pose.rotation), estimate.pose.translation)
         return {"cam_from_world": pose, "num_inliers": estimate.num_inliers, "inlier_mask": estimate.inliers, "estimate": estimate}
@@ -95,10 +98,10 @@ def _geometry(pycolmap: Any, points: Any, rows: Any, cameras: Any, options: Dict
     else:
         estimate = diffsac.estimate_fundamental(*points, **options)
         geometry.F = estimate.model
-    if not estimate.ok or estimate.may_be_chance or estimate.num_inliers < FEWEST_INLIERS:
+    if not estimate.ok or estimate.verdict is Verdict.UNSUPPORTED or estimate.num_inliers < FEWEST_INLIERS:
         geometry.config = kind.DEGENERATE
         return geometry
-    flat = estimate.translation.value in ("turn_in_place", "plane", "static")
+    flat = estimate.diagnostics.degeneracy.value in ("pure_rotation", "plane", "static")
     geometry.config = kind.PLANAR_OR_PANORAMIC if flat else kind.CALIBRATED if calibrated else kind.UNCALIBRATED
     geometry.inlier_matches = rows[estimate.inliers].astype(np.uint32)
     if estimate.pose is not None:

@@ -10,7 +10,7 @@ _FUNCTIONS = {kind: kind.split("_")[0] for kind in ("homography", "essential", "
 
 class RANSAC:
     """Of kornia.geometry.ransac.RANSAC's arguments model_type, inl_th, batch_size * max_iter and seed are read. options: ours
-    (size1, size2, use_network). `weights` of a call are scores from 0 to 1, higher is better: kornia does not read them."""
+    (size1, size2, guidance). `weights` of a call are scores from 0 to 1, higher is better: kornia does not read them."""
 
     def __init__(
         self, model_type: str = "homography", inl_th: Optional[float] = None, *_: Any, seed: Optional[int] = None, **options: Any
@@ -20,7 +20,7 @@ class RANSAC:
         unread = ("batch_size", "max_iter", "confidence", "max_lo_iters", "score_type", "prosac_sampling", "local_optimization")
         self.model_type = model_type
         self.options = {key: value for key, value in options.items() if key not in unread}
-        self.options.update(seed=seed or 0, **({} if inl_th is None else {"max_residual_px": inl_th}))
+        self.options.update(seed=seed or 0, **({} if inl_th is None else {"max_residual": inl_th}))
 
     def __call__(self, kp1: Any, kp2: Any, weights: Optional[Any] = None) -> Tuple[Any, Any]:
         """kp1, kp2: N × 2, of "essential" in coordinates of the camera. (model, inliers): 3 × 3, zeros without one, and N of bool."""

@@ -2,14 +2,14 @@
 
 Calls written for 2.0.5, `(..., ransac_opt, bundle_opt, initial)`, and for 3.0, `(..., opt, initial)`, run. Of the options
 max_epipolar_error or max_reproj_error, max_error, max_iterations and seed are read, none of how PoseLib searches and refines, nor an
-initial model. `scores`, `ratio`, `size1`, `size2` and `use_network` go by name. What is not here is PoseLib's, where it is installed;
+initial model. `scores`, `snn_ratio`, `size1`, `size2` and `guidance` go by name. What is not here is PoseLib's, where it is installed;
 of a function that is, a warning says so.
 """
 
 import importlib
 import warnings
 from types import SimpleNamespace
-from typing import Any, Dict, Tuple
+from typing import Any, Dict, Optional, Tuple
 
 import numpy as np
 
@@ -37,7 +37,7 @@ def estimate_relative_pose(points2D_1: Any, points2D_2: Any, camera1: Any, camer
     """(pose, info): of the second camera seen from the first, |t| = 1."""
     (x1, K1), (x2, K2) = camera_points(points2D_1, camera1), camera_points(points2D_2, camera2)
     estimate = diffsac.estimate_essential(x1, x2, K1, K2, **_options("max_epipolar_error", args, kwargs))
-    return _camera_pose(estimate.pose or Pose(np.eye(3), np.zeros(3))), _info(estimate)
+    return _camera_pose(estimate.pose), _info(estimate)
 
 
 def estimate_fundamental(points2D_1: Any, points2D_2: Any, *args: Any, **kwargs: Any) -> Tuple[Floats, Info]:
@@ -69,11 +69,12 @@ def _options(threshold: str, args: Tuple[Any, ...], kwargs: Dict[str, Any]) -> D
         given.pop(unread, None)
     opt = {**opt.get("ransac", {}), **opt}
     most = opt.get("max_error", opt.get(threshold))
-    return {**budget_of(opt.get("max_iterations")), **({"max_residual_px": most} if most else {}), "seed": opt.get("seed", 0), **given}
+    return {**budget_of(opt.get("max_iterations")), **({"max_residual": most} if most else {}), "seed": opt.get("seed", 0), **given}
 
 
-def _camera_pose(pose: Pose) -> Any:
-    """PoseLib's own kind, where it is installed."""
+def _camera_pose(found: Optional[Pose]) -> Any:
+    """PoseLib's own kind, where it is installed; the identity without a pose."""
+    pose = found or Pose(np.eye(3), np.zeros(3))
     try:
         made = importlib.import_module("poselib").CameraPose()
     except ImportError:
@@ -85,5 +86,5 @@ def _camera_pose(pose: Pose) -> Any:
 def _info(estimate: Estimate) -> Info:
     ratio = estimate.num_inliers / max(1, len(estimate.inliers))
     info = {"inliers": estimate.inliers.tolist(), "num_inliers": estimate.num_inliers, "inlier_ratio": ratio}
-    info.update(iterations=estimate.cost.draws, refinements=estimate.cost.hypotheses, model_score=estimate.log_false_alarms)
+    info.update(iterations=estimate.stats.iterations, refinements=estimate.stats.hypotheses, model_score=estimate.diagnostics.log10_nfa)
     return {**info, "estimate": estimate}

@@ -39,7 +39,7 @@ def main(features_path: str, matches_path: str, focal: str, center: str) -> None
             print(f"{first} {second}: {len(rows)} matches, {estimate.status.value}", end="")
             if estimate.ok and estimate.pose is not None:
                 print(f", {estimate.num_inliers} inliers, t = {np.round(estimate.pose.translation, 4)}", end="")
-                print(" (may be chance)" if estimate.may_be_chance else "", end="")
+                print(f" ({estimate.verdict.value})", end="")
             print()
 
 

@@ -43,12 +43,16 @@ class BestHypotheses {
   const std::vector<Entry>& entries() const { return entries_; }
 
   void Offer(const typename Model::Parameters& model, double score) {
+    std::vector<std::uint8_t> inliers;
+    Offer(model, score, &inliers);
+  }
+  /// inliers: of the model at `threshold`, worked out where that is empty and asked for.
+  void Offer(const typename Model::Parameters& model, double score, std::vector<std::uint8_t>* inliers) {
     if (!(score > bar())) return;
     Entry entry{model, score, {}};
     if (capacity_ > 1) {
-      const Eigen::VectorXd residuals = scorer_.Residuals(model);
-      entry.inliers.resize(residuals.size());
-      for (Eigen::Index i = 0; i < residuals.size(); ++i) entry.inliers[i] = residuals[i] <= threshold_;
+      if (inliers->empty()) *inliers = Inliers(model);
+      entry.inliers = *inliers;
       const auto twin = [&](const Entry& other) { return Alike(other.inliers, entry.inliers); };
       const auto worse =
           std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) { return score > e.score; });
@@ -63,6 +67,13 @@ class BestHypotheses {
   }
 
  private:
+  std::vector<std::uint8_t> Inliers(const typename Model::Parameters& model) const {
+    const Eigen::VectorXd residuals = scorer_.Residuals(model);
+    std::vector<std::uint8_t> inliers(residuals.size());
+    for (Eigen::Index i = 0; i < residuals.size(); ++i) inliers[i] = residuals[i] <= threshold_;
+    return inliers;
+  }
+
   bool Alike(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) const {
     if (alike_ == 1.0) return a == b;
     int both = 0, either = 0;

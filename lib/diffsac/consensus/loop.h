@@ -98,8 +98,9 @@ class Loop {
     int rise = -1;
     for (int i = 0; i < draw.solutions; ++i) {
       if (!(draw.scores[i] > Bar())) continue;
-      best_.Offer(draw.models[i], draw.scores[i]);
-      if (!sure_) starts_.Offer(draw.models[i], draw.scores[i]);
+      std::vector<std::uint8_t> inliers;
+      best_.Offer(draw.models[i], draw.scores[i], &inliers);
+      if (!sure_) starts_.Offer(draw.models[i], draw.scores[i], &inliers);
       if (!(draw.scores[i] > best_minimal_)) continue;
       best_minimal_ = draw.scores[i];
       rise = i;

@@ -52,6 +52,7 @@ template <OwnModel M>
 struct Completed : M {
   using Parameters = typename M::Parameters;
   static constexpr bool kFitsNumerically = HasFreeParameters<M> && !HasFit<M> && !HasFitFrom<M>;
+  static constexpr bool kUsualPolicies = true;
   static constexpr bool kFits = HasFit<M> || HasFitFrom<M> || HasFreeParameters<M>;
   static constexpr int kMaxSolutions = [] {
     if constexpr (requires { M::kMaxSolutions; }) return M::kMaxSolutions;

@@ -3,8 +3,6 @@
 // What sample_consensus.h declares: the loop (loop.h) with the policies that the options name, for the files that
 // instantiate it for a model.
 
-#include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "diffsac/consensus/local/final_refiner.h"
@@ -17,15 +15,7 @@ namespace diffsac {
 
 /// What scores take into account of the priors. Priors that are not one number a point say nothing; what is no
 /// probability counts as the nearest one, and what is no number as 0.
-inline ScorePrior PriorOf(const EstimationPriors& priors, const ConsensusOptions& options, Eigen::Index num_points) {
-  ScorePrior prior{{}, priors.cameras, priors.turns, options.turn_weight};
-  if (options.inlier_prior_power > 0.0 && priors.inlier_priors.size() == num_points) {
-    const Eigen::ArrayXd probabilities = priors.inlier_priors.unaryExpr(
-        [](double value) { return std::isnan(value) ? 0.0 : std::clamp(value, 0.0, 1.0); });
-    prior.weights = probabilities.pow(options.inlier_prior_power);
-  }
-  return prior;
-}
+ScorePrior ScorePriorOf(const EstimationPriors& priors, const ConsensusOptions& options, Eigen::Index num_points);
 
 /// A scorer with its score, as the loop asks for it.
 template <MinimalModel Model>
@@ -70,7 +60,7 @@ ConsensusResult SearchUntil(StoppingRule stop, const PointMatrix& points, double
                             const EstimationPriors& priors, int threads) {
   const NoiseScales scales = ScalesOf<Model>(points, inlier_threshold, options, priors.unit);
   if (!scales.Usable()) return {};
-  const Scorer<Model> scorer(points, PriorOf(priors, options, points.rows()));
+  const Scorer<Model> scorer(points, ScorePriorOf(priors, options, points.rows()));
   const Score score = scales.MakeScore(options.score, options.inlier_prior);
   const ModelScore<Model> scored{scorer, score};
   LocalOptimizer<Model> optimize(scorer, score, options, scales, rng);

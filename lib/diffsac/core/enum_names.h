@@ -6,6 +6,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "diffsac/core/former_names.h"
+
 namespace diffsac {
 /// A value of an enum with its name.
 template <class Enum>
@@ -54,11 +56,14 @@ std::string ToString(Enum value) {
   ThrowUnnamedValue(static_cast<int>(value));
 }
 
-/// Throws Error naming the nearest for a name that is none.
+/// The value of a name, or of a former name (former_names.h). Throws Error naming the nearest for a name that is none.
 template <NamedEnum Enum>
 Enum FromString(const std::string& name) {
   for (const auto& entry : kEnumNames<Enum>)
     if (name == entry.name) return entry.value;
+  const std::string current = CurrentName(name);
+  for (const auto& entry : kEnumNames<Enum>)
+    if (current == entry.name) return entry.value;
   ThrowUnknownName(name, NamesOf<Enum>());
 }
 

@@ -4,16 +4,24 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "diffsac/core/former_names.h"
 #include "diffsac/core/safetensors_header.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
 namespace {
 
-/// The value of a key, null pointer where it is absent or null.
+/// The value of a key, or of its former name; null pointer where it is absent or null.
 const nlohmann::json* Find(const nlohmann::json& object, const std::string& key) {
-  const auto found = object.find(key);
+  auto found = object.find(key);
+  if (found == object.end()) found = object.find(FormerName(key));
   return found == object.end() || found->is_null() ? nullptr : &*found;
+}
+
+/// One of the names, or a former one of them.
+std::string NameOf(const nlohmann::json& json, const std::vector<std::string>& names) {
+  const std::string name = json.is_string() ? json.get<std::string>() : "";
+  return std::find(names.begin(), names.end(), name) != names.end() ? name : CurrentName(name);
 }
 
 /// A checked number; false for another type or one out of range.
@@ -92,8 +100,7 @@ void StoredOptions::Read(const char* key, double* value, double least, double mo
 }
 
 std::string StoredOptions::Name(const std::string& key, const std::vector<std::string>& names) const {
-  const nlohmann::json* found = Find(value_->json, key);
-  const std::string name = found->is_string() ? found->get<std::string>() : "";
+  const std::string name = NameOf(*Find(value_->json, key), names);
   if (std::find(names.begin(), names.end(), name) == names.end()) Fail(key, "another name than " + Shown(name));
   return name;
 }
@@ -103,7 +110,7 @@ std::vector<std::string> StoredOptions::NameList(const std::string& key, const s
   if (!found->is_array()) Fail(key, "a list");
   std::vector<std::string> list;
   for (const nlohmann::json& item : *found) {
-    list.push_back(item.is_string() ? item.get<std::string>() : "");
+    list.push_back(NameOf(item, names));
     if (std::find(names.begin(), names.end(), list.back()) == names.end())
       Fail(key, "another name than " + Shown(list.back()));
   }

@@ -9,7 +9,8 @@
 namespace diffsac {
 
 /// Options as a checkpoint stores them: a JSON object. Keys that nobody reads are passed over. Absent keys leave the
-/// value as it was. All throw Error that names file and key for a value of another type or out of range.
+/// value as it was. Keys and names of 0.2 are read (former_names.h). All throw Error that names file and key for a
+/// value of another type or out of range.
 class StoredOptions {
  public:
   /// name: stands for the file in messages.

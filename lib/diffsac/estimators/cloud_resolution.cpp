@@ -36,10 +36,10 @@ int ClassOf(double square) {
 double RadiusOf(int square_class) { return std::sqrt(std::bit_cast<double>((square_class + 1 + kLowest) << kShift)); }
 
 /// The finite rows, each once, in an order of their own, moved and shrunk to a cube of side 1; and the side it was.
-std::pair<Points, double> DistinctPoints(const Eigen::Matrix<double, Eigen::Dynamic, 3>& cloud) {
+std::pair<Points, double> DistinctPoints(const Points3DView& cloud) {
   Points points;
-  for (const auto& row : cloud.rowwise())
-    if (row.allFinite()) points.emplace_back(row);
+  for (Eigen::Index i = 0; i < cloud.rows(); ++i)
+    if (const Eigen::Vector3d point = cloud.matrix().row(i); point.allFinite()) points.push_back(point);
   if (points.empty()) return {points, 0.0};
   Eigen::Vector3d low = points[0], high = points[0];
   for (const Eigen::Vector3d& point : points) {
@@ -102,7 +102,7 @@ int ClassOfPlaces(const Neighbours& neighbours, std::size_t points) {
 
 }  // namespace
 
-double CloudResolution(const Eigen::Matrix<double, Eigen::Dynamic, 3>& cloud) {
+double CloudResolution(const Points3DView& cloud) {
   const auto& [points, side] = DistinctPoints(cloud);
   if (points.size() < 2) return 0.0;
   const Neighbours neighbours(points);

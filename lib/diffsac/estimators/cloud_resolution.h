@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include "diffsac/geometry/rows_view.h"
 
 namespace diffsac {
 
@@ -8,6 +8,6 @@ namespace diffsac {
 /// that are far nearer to each other than the places are one place, so neither repeated rows nor a mass of matches that
 /// end in one place (up to nine of ten) decide. The order of the rows does not count, nor do rows that are not finite;
 /// 0 without two places.
-double CloudResolution(const Eigen::Matrix<double, Eigen::Dynamic, 3>& cloud);
+double CloudResolution(const Points3DView& cloud);
 
 }  // namespace diffsac

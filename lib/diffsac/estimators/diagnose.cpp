@@ -6,6 +6,7 @@
 
 #include "diffsac/consensus/scores/false_alarms.h"
 #include "diffsac/estimators/error_probability.h"
+#include "diffsac/estimators/focal_conflict.h"
 #include "diffsac/estimators/point_rows.h"
 #include "diffsac/estimators/posteriors.h"
 #include "diffsac/estimators/static_overlay.h"
@@ -91,7 +92,9 @@ class Diagnosis {
       }
     }
     estimate_.pose = Pose();
-    if (!several && !estimate_.MayBeChance()) TellOtherPose();
+    if (several || estimate_.MayBeChance()) return;
+    TellOtherPose();
+    if (!IsUndetermined(estimate_.translation)) TellFocalConflict(problem_, &estimate_);
   }
 
  private:

@@ -14,8 +14,8 @@ struct DiffsacOptions;
 /// What the options structs of diffsac.h have in common, which map themselves to it: all that an Estimator is made
 /// from. An empty optional is the preset's own value (presets.h).
 struct EstimateOptions {
-  static constexpr int kMostIterations = 10'000'000;  ///< Upper limit of max_iterations and min_iterations.
-  static constexpr double kMostConfidence = 1.0 - 1e-9;
+  static constexpr int kMostIterations = 10'000'000;     ///< Upper limit of max_iterations and min_iterations.
+  static constexpr double kMostConfidence = 1.0 - 1e-9;  ///< Upper limit of confidence.
   /// Upper limit of the number of minimal samples. If absent: 1000; lines and planes 420; registration 10000.
   std::optional<int> max_iterations = {};
   /// The search does not stop before so many samples. At most max_iterations; without that, raises it where necessary.

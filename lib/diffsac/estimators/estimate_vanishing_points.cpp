@@ -9,6 +9,7 @@
 #include "diffsac/diffsac.h"
 #include "diffsac/estimators/classical.h"
 #include "diffsac/estimators/presets.h"
+#include "diffsac/estimators/problems_of_inputs.h"
 #include "diffsac/estimators/require.h"
 #include "diffsac/geometry/calibration.h"
 #include "diffsac/problem/coordinates.h"
@@ -37,15 +38,15 @@ std::shared_ptr<const ClassicalEstimator> SearchOf(const VanishingPointOptions& 
           chooser = ModelPlace(ChooserFile(options.K.has_value()), options.models_folder);
         ClassicalOptions search = VanishingPoints(chooser);
         search.structures.least_value = options.least_value;
-        Apply(options, &search);
+        Apply(SharedOptions(options), &search);
         return std::make_shared<const ClassicalEstimator>(search);
       });
 }
 
-Problem ProblemOf(const Eigen::Matrix<double, Eigen::Dynamic, 4>& segments, const VanishingPointOptions& options) {
+Problem ProblemOf(const SegmentsView& segments, const VanishingPointOptions& options) {
   Problem problem;
   problem.task = Task::kVanishingPoint;
-  problem.points = segments;
+  problem.points = segments.matrix();
   problem.inlier_threshold = options.max_residual_deg;
   problem.size1 = options.size;
   if (options.K) problem.cameras = CameraPair{*options.K, *options.K};
@@ -76,32 +77,30 @@ void FindCamera(const ImageSize& size, VanishingPointsEstimate* estimate) {
   if (estimate->focal) estimate->K = CentredCamera(estimate->focal->focal_px, size);
 }
 
-}  // namespace
-
-void VanishingPointOptions::Check() const {
-  EstimateOptions::Check();
-  Require(max_residual_deg > 0.0 && max_residual_deg <= 90.0, "max_residual_deg", "degrees, above 0 and at most 90");
-  Require(least_value >= 0.0 && least_value <= 1.0, "least_value", "from 0 to 1");
-  Require(guidance != Guidance::kDiffusion, "guidance",
+void Check(const VanishingPointOptions& options) {
+  Require(options.max_residual_deg > 0.0 && options.max_residual_deg <= 90.0, "max_residual_deg",
+          "degrees, above 0 and at most 90");
+  Require(options.least_value >= 0.0 && options.least_value <= 1.0, "least_value", "from 0 to 1");
+  Require(options.guidance != Guidance::kDiffusion, "guidance",
           "none or network: diffusion has no network for vanishing points");
-  if (K) CheckedCalibration(*K, "K");
-  Require(K || size.known(), "size", "the image's size, or K");
+  Require(options.K || options.size.known(), "size", "the image's size, or K");
 }
 
-VanishingPointsEstimate EstimateVanishingPoints(const Eigen::Matrix<double, Eigen::Dynamic, 4>& segments,
-                                                const VanishingPointOptions& given) {
-  given.Check();
+}  // namespace
+
+VanishingPointsEstimate EstimateVanishingPoints(const SegmentsView& segments, const VanishingPointOptions& given) {
+  Check(given);
   VanishingPointOptions options = given;
   if (options.K) options.K = CheckedCalibration(*options.K, "K");
-  RequireWithin(options.size, segments.leftCols(2), "size");
-  RequireWithin(options.size, segments.rightCols(2), "size");
+  RequireWithin(options.size, segments.matrix().leftCols(2), "size");
+  RequireWithin(options.size, segments.matrix().rightCols(2), "size");
   const Problem problem = ProblemOf(segments, options);
   Estimate found = SearchOf(options)->Run(problem, options.seed);
   VanishingPointsEstimate estimate;
   estimate.status = found.status;
-  estimate.cost = found.report;
-  estimate.rows_left_out = found.rows_left_out;
-  estimate.repeated_rows = found.repeated_rows;
+  estimate.stats = found.report;
+  estimate.num_nonfinite = found.rows_left_out;
+  estimate.num_duplicates = found.repeated_rows;
   estimate.assignment = std::move(found.assignment);
   estimate.assignment.resize(found.inliers.size());
   estimate.K = options.K;

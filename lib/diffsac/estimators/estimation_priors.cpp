@@ -29,6 +29,7 @@ EstimationPriors PriorsOfProblem(const SolverSpace& space, const ConsensusOption
   EstimationPriors priors;
   priors.unit = space.unit();
   const Problem& problem = space.problem();
+  if (problem.initial_model) priors.models.push_back(*problem.initial_model);
   if (options.camera_prior > 0.0 && problem.size1.known() && problem.size2.known())
     priors.cameras = CameraPrior{GuessedCamera(problem.size1), GuessedCamera(problem.size2), options.camera_prior};
   DispatchDescription(problem.task, [&]<class Description>() {

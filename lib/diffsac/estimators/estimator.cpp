@@ -45,12 +45,17 @@ std::shared_ptr<const RobustEstimator> Estimator::Make(Known known) const {
   if (several_ || !HasNetwork(task_, options_.guidance) || known == kScores) {
     ClassicalOptions preset = several_ ? SeveralStructures(task_) : RecommendedClassical(task_);
     Apply(options_, &preset);
-    return std::make_shared<ClassicalEstimator>(preset);
+    return Made(std::make_shared<ClassicalEstimator>(preset), known);
   }
   DiffsacOptions preset = options_.guidance == Guidance::kDiffusion ? DiffusionGuided(task_) : LearnedProsac(task_);
   Apply(options_, &preset);
   const auto network = NetworkOf(ModelPlace(ModelFile(task_, known == kRatios), options_.models_folder), task_);
-  return std::make_shared<DiffsacEstimator>(network, preset, 1);
+  return Made(std::make_shared<DiffsacEstimator>(network, preset, 1), known);
+}
+
+std::shared_ptr<const RobustEstimator> Estimator::Made(std::shared_ptr<RobustEstimator> made, Known known) const {
+  if (known != kNothing) made->SetWithoutScores([this]() -> const RobustEstimator& { return WithoutScores(); });
+  return made;
 }
 
 const RobustEstimator& Estimator::For(Known known) const {
@@ -62,7 +67,10 @@ const RobustEstimator& Estimator::For(Known known) const {
 
 const RobustEstimator& Estimator::For(const Problem& problem) const {
   if (problem.match_ratio.size() > 0) return For(problem.scored ? kScores : kRatios);
-  if (!problem.scored) return For(kNothing);
+  return problem.scored ? WithoutScores() : For(kNothing);
+}
+
+const RobustEstimator& Estimator::WithoutScores() const {
   try {
     return For(kNothing);
   } catch (const Error&) {

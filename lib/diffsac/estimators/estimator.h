@@ -29,11 +29,14 @@ class Estimator {
   /// RobustEstimator::Run of the recommended estimator for what is known of the matches (ratios, scores, nothing).
   /// Throws Error for a problem of another task, and where a network is not found.
   Estimate Run(const Problem& problem, std::uint64_t seed = 0) const;
+  /// The estimator of matches without ratios and scores; without a network where that is not found.
+  const RobustEstimator& WithoutScores() const;
 
  private:
   enum Known { kNothing, kRatios, kScores };  ///< Of the matches.
   const RobustEstimator& For(Known known) const;
   std::shared_ptr<const RobustEstimator> Make(Known known) const;
+  std::shared_ptr<const RobustEstimator> Made(std::shared_ptr<RobustEstimator> made, Known known) const;
   /// By what is known of its matches.
   const RobustEstimator& For(const Problem& problem) const;
 

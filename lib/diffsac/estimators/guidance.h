@@ -16,7 +16,12 @@ namespace diffsac {
 ///               κ = 20 samples of a reverse diffusion process. max_iterations sets κ, up to 1000. Functions without
 ///               such a network, and matches with scores, throw Error
 /// Scores, refinement and all that a result says are the same for the three.
-enum class Guidance { kNone, kNetwork, kDiffusion };
+enum class Guidance {
+  kNone,      ///< No network.
+  kNetwork,   ///< A network's inlier probabilities. The default.
+  kDiffusion  ///< The reverse diffusion process of the paper.
+};
+/// Their names.
 template <>
 inline constexpr auto kEnumNames<Guidance> = NamesOf<Guidance>({{Guidance::kNone, "none"},
                                                                 {Guidance::kNetwork, "network"},

@@ -138,7 +138,8 @@ EstimationPriors LearnedEstimator::PriorsOf(const SolverSpace& space, const Pred
       options_->inlier_prior_of == PriorSource::kNetwork || space.problem().match_ratio.size() == space.points().rows();
   if (options_->consensus.inlier_prior_power > 0.0 && !prediction.weights.empty() && has_source)
     priors.inlier_priors = InlierPriors(space, prediction.weights, options_->inlier_prior_of);
-  if (options_->feature_hypotheses) priors.models = prediction.features.models;
+  if (options_->feature_hypotheses)
+    priors.models.insert(priors.models.end(), prediction.features.models.begin(), prediction.features.models.end());
   if (options_->weighted_fit)
     priors.fit_weights =
         Eigen::Map<const Eigen::VectorXf>(prediction.weights.data(), space.points().rows()).cast<double>();

@@ -22,21 +22,22 @@ double Quantile(const Eigen::VectorXd& column, double share) {
   return *place;
 }
 
-double ShareOfExtent(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points) {
-  const auto range = [&](int axis) { return Quantile(points.col(axis), 0.75) - Quantile(points.col(axis), 0.25); };
+double ShareOfExtent(const Points2DView& points) {
+  const auto range = [&](int axis) {
+    return Quantile(points.matrix().col(axis), 0.75) - Quantile(points.matrix().col(axis), 0.25);
+  };
   return 2.0 * std::max(range(0), range(1)) / kPixels;
 }
 
-double PixelLength(const Eigen::Matrix<double, Eigen::Dynamic, 2>& points) {
-  const double median = Quantile(points.cwiseAbs().rowwise().maxCoeff(), 0.5);
+double PixelLength(const Points2DView& points) {
+  const double median = Quantile(points.matrix().cwiseAbs().rowwise().maxCoeff(), 0.5);
   if (median >= kNearest && median <= kFarthest) return 1.0;
   const double share = ShareOfExtent(points);
   return share > 0.0 ? share : 1.0;
 }
 
-double LengthInResiduals(Task task, const Eigen::Matrix<double, Eigen::Dynamic, 2>& points1,
-                         const Eigen::Matrix<double, Eigen::Dynamic, 2>& points2,
-                         double (*length_of)(const Eigen::Matrix<double, Eigen::Dynamic, 2>&)) {
+double LengthInResiduals(Task task, const Points2DView& points1, const Points2DView& points2,
+                         double (*length_of)(const Points2DView&)) {
   const double first = length_of(points1), second = length_of(points2);
   return task == Task::kEssential ? 0.5 * (first + second) : std::min(first, second);
 }

@@ -100,11 +100,6 @@ constexpr double kLeastChooserValue = 0.35;
 
 }  // namespace
 
-double UsualThreshold(Task task) {
-  if (task == Task::kHomography) return 3.0;
-  return task == Task::kAbsolutePose ? 4.0 : 1.0;
-}
-
 ClassicalOptions RecommendedClassical(Task task) {
   if (task == Task::kLine || task == Task::kPlane) return RecommendedForPoints();
   if (IsOfTwoClouds(task)) return RecommendedForClouds(task);

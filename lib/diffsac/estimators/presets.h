@@ -24,10 +24,6 @@ inline constexpr auto kEnumNames<Preset> = NamesOf<Preset>({{Preset::kDefault, "
                                                             {Preset::kSeveral, "several"},
                                                             {Preset::kPaper, "paper"}});
 
-/// ε where nobody says another, in pixels: 1, for homographies 3 and for absolute poses 4. The presets are made for it:
-/// their noise scales are in pixels, and suit it. Nothing else in a preset has a unit.
-double UsualThreshold(Task task);
-
 /// The recommended search without a network. Two views: PROSAC's samples (uniform ones without matching ratios), up to
 /// 1000 until confident, scored by MSAC over noise scales between `least_scale` and `greatest_scale` pixels, for F and
 /// E each match weighed by its ratio, F and H by how plausible a camera they make, the ten best hypotheses refined

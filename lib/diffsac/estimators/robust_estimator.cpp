@@ -38,7 +38,10 @@ Estimate RobustEstimator::Run(const Problem& problem, std::uint64_t seed) const 
 
 Estimate RobustEstimator::Finish(const PreparedProblem& prepared, std::uint64_t seed, Estimate estimate) const {
   AddSupport(prepared, &estimate);
-  const auto search = [&](const SolverSpace& space) { return DoRun(space, seed); };
+  const auto search = [&](const SolverSpace& space, SearchReason reason) {
+    return reason == SearchReason::kScores && without_scores_ ? without_scores_().DoRun(space, seed)
+                                                              : DoRun(space, seed);
+  };
   if (!SearchesAgain() || !SearchAgain(prepared, search, &estimate)) Diagnose(prepared, &estimate);
   GiveToAll(prepared.rows(), &estimate);
   return estimate;

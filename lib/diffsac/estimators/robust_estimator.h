@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
+#include "diffsac/geometry/focal_conflict.h"
 #include "diffsac/problem/prepared_problem.h"
 #include "diffsac/problem/problem.h"
 
@@ -61,6 +63,8 @@ struct Estimate {
   std::optional<RigidMotion> pose = {};
   /// Two views of unknown focal length: what became of it.
   std::optional<FocalEstimate> focal = {};
+  /// Two views: where the focal lengths that were given, or a prior of them, contradict the matches (focal_conflict.h).
+  std::optional<FocalConflict> focal_conflict = {};
   /// Of `pose`, 6 × 6 in the order (ω, t): R = exp([ω]ₓ) R̂, ω in radians in the frame of
   /// the (second) camera; t in units of its length (two views: of rank 5) or of the scene (absolute pose). Absent where
   /// a focal length is unknown (docs/estimates.md), for other tasks, for methods that end without a refinement, and
@@ -104,7 +108,7 @@ struct Estimate {
   /// cameras.
   bool IsSure() const { return status == Status::kOk && !MayBeChance() && share_behind <= kMostBehind; }
   /// Whether models like this are wrong too often to rely on.
-  bool MayBeWrong() const { return MayBeChance() || error_probability > kLikelyWrong; }
+  bool MayBeWrong() const { return MayBeChance() || error_probability > kLikelyWrong || focal_conflict; }
 };
 
 /// What a learned estimator's network was made by.
@@ -135,6 +139,10 @@ class RobustEstimator {
   virtual bool SearchesAgain() const { return false; }
   /// Nothing for estimators that don't learn.
   virtual std::optional<TrainingFacts> Training() const { return std::nullopt; }
+  /// Who searches where ratios or scores turn out to be worse than none: an estimator of matches without any, whose
+  /// network has not learned them. By default this one.
+  using Other = std::function<const RobustEstimator&()>;
+  void SetWithoutScores(Other other) { without_scores_ = std::move(other); }
 
  private:
   /// One search, of finite and distinct rows.
@@ -143,6 +151,8 @@ class RobustEstimator {
   virtual std::vector<Estimate> DoRunBatch(std::span<const SolverSpace> spaces,
                                            std::span<const std::uint64_t> seeds) const;
   Estimate Finish(const PreparedProblem& prepared, std::uint64_t seed, Estimate estimate) const;
+
+  Other without_scores_;
 };
 
 }  // namespace diffsac

@@ -9,12 +9,12 @@
 
 namespace diffsac {
 
-SceneFrame::SceneFrame(const Points& points) {
+SceneFrame::SceneFrame(const Points3DView& points) {
   constexpr double kFar = 16.0, kMostOctaves = 12.0;
   constexpr Eigen::Index kMost = 100'000;  // More say no more of where points are: some of them, evenly.
   Eigen::Vector3d middle, extent;
   for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::VectorXd some = points(SomeRows(points.rows(), kMost), axis);
+    const Eigen::VectorXd some = points.matrix()(SomeRows(points.rows(), kMost), axis);
     middle[axis] = Quantile(some, 0.5);
     extent[axis] = 2.0 * (Quantile(some, 0.75) - Quantile(some, 0.25));
   }
@@ -25,8 +25,8 @@ SceneFrame::SceneFrame(const Points& points) {
   if (std::abs(octaves) > kMostOctaves) unit = std::exp2(octaves);
 }
 
-SceneFrame::Points SceneFrame::Apply(const Points& points) const {
-  return (points.rowwise() - origin.transpose()) / unit;
+SceneFrame::Points SceneFrame::Apply(const Points3DView& points) const {
+  return (points.matrix().rowwise() - origin.transpose()) / unit;
 }
 
 /// Where a camera is has no unit but the scene's, and no origin.

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/geometry/rows_view.h"
 
 namespace diffsac {
 
@@ -15,8 +16,8 @@ struct SceneFrame {
   double unit = 1.0;                                 ///< A power of two.
 
   /// By the middle half of the points.
-  explicit SceneFrame(const Points& points);
-  Points Apply(const Points& points) const;
+  explicit SceneFrame(const Points3DView& points);
+  Points Apply(const Points3DView& points) const;
   /// The poses of an estimate by points in this frame, and the covariance, as those of the scene.
   void Restore(Estimate* estimate) const;
 };

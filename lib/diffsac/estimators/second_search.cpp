@@ -31,10 +31,10 @@ NoiseRange RangeAbout(double noise, Task task) {
   return {factor, factor};
 }
 
-using Search = std::function<Estimate(const SolverSpace&)>;
+using Search = std::function<Estimate(const SolverSpace&, SearchReason)>;
 
-Estimate SearchIn(const PreparedProblem& prepared, const Search& search) {
-  Estimate estimate = search(prepared.space());
+Estimate SearchIn(const PreparedProblem& prepared, const Search& search, SearchReason reason) {
+  Estimate estimate = search(prepared.space(), reason);
   AddSupport(prepared, &estimate);
   return estimate;
 }
@@ -50,7 +50,7 @@ bool SearchMoving(const PreparedProblem& prepared, const Search& search, Estimat
   const std::vector<int> rows = RowsThatMove(prepared.problem(), *estimate);
   const Problem part = PartOf(prepared.problem(), rows);
   const PreparedProblem moving(part, prepared.space().noise());
-  Estimate second = SearchIn(moving, search);
+  Estimate second = SearchIn(moving, search, SearchReason::kStill);
   AddCost(estimate->report, &second.report);
   estimate->report = second.report;
   if (!IsBetterMoving(rows, second, *estimate)) return false;
@@ -63,7 +63,7 @@ bool SearchMoving(const PreparedProblem& prepared, const Search& search, Estimat
 bool SearchMirrored(const PreparedProblem& prepared, const Search& search, Estimate* estimate) {
   const Problem problem = Mirrored(prepared.problem());
   const PreparedProblem mirrored(problem, prepared.space().noise());
-  Estimate second = SearchIn(mirrored, search);
+  Estimate second = SearchIn(mirrored, search, SearchReason::kMirrored);
   AddCost(second.report, &estimate->report);
   Diagnose(mirrored, &second);
   if (IsBetterMirrored(second, *estimate)) SetMirrored(estimate);
@@ -74,7 +74,7 @@ bool SearchWithoutScores(const PreparedProblem& prepared, const Search& search, 
   Problem problem = prepared.problem();
   problem.match_ratio = {};
   const PreparedProblem without(problem, prepared.space().noise());
-  Estimate second = SearchIn(without, search);
+  Estimate second = SearchIn(without, search, SearchReason::kScores);
   AddCost(estimate->report, &second.report);
   estimate->report = second.report;
   if (!IsBetterWithoutScores(prepared.problem(), second, *estimate)) return false;
@@ -85,7 +85,7 @@ bool SearchWithoutScores(const PreparedProblem& prepared, const Search& search, 
 bool SearchAboutNoise(const PreparedProblem& prepared, const Search& search, Estimate* estimate) {
   const Problem& problem = prepared.problem();
   const PreparedProblem suited(problem, RangeAbout(estimate->noise_scale, problem.task));
-  Estimate second = SearchIn(suited, search);
+  Estimate second = SearchIn(suited, search, SearchReason::kNoise);
   AddCost(estimate->report, &second.report);
   estimate->report = second.report;
   return second.status == Status::kOk && Take(suited, std::move(second), estimate);
@@ -123,11 +123,10 @@ NoiseRange NoiseRangeOf(const Problem& problem, bool searches_again) {
   const double threshold = problem.inlier_threshold, unit = UsualThreshold(task);
   if (IsOfTwoClouds(task)) return {threshold / unit, threshold / unit};
   if (!searches_again || !IsTwoView(task) || problem.points.cols() != 4) return {};
-  const auto length = [&](auto length_of) {
-    return LengthInResiduals(task, problem.points.leftCols(2), problem.points.rightCols(2), length_of);
-  };
-  const double usual = unit * length(ShareOfExtent);
-  if (threshold == unit * length(PixelLength) || !(usual > 0.0)) return {threshold / unit, threshold / unit};
+  if (problem.threshold_is_default) return {threshold / unit, threshold / unit};
+  const double usual =
+      unit * LengthInResiduals(task, problem.points.leftCols(2), problem.points.rightCols(2), ShareOfExtent);
+  if (!(usual > 0.0)) return {threshold / unit, threshold / unit};
   return {std::min(threshold, usual) / unit, std::max(threshold, kLeastShare * usual) / unit};
 }
 

@@ -21,13 +21,13 @@ SearchReason ReasonToSearch(const PreparedProblem& prepared, const Estimate& est
 
 /// Searches once more if there is a reason. If that result is the better one, diagnoses it, puts it in the place of
 /// *estimate and returns true; else false, with *estimate to be diagnosed. Costs add up either way. search: one search.
-bool SearchAgain(const PreparedProblem& prepared, const std::function<Estimate(const SolverSpace&)>& search,
-                 Estimate* estimate);
+bool SearchAgain(const PreparedProblem& prepared,
+                 const std::function<Estimate(const SolverSpace&, SearchReason)>& search, Estimate* estimate);
 
 /// The factors on noise scales, of options that are made for the task's default threshold, for this problem's. Noise
-/// may be far from a threshold that somebody asked for: the size of the data tells where it can be, and the range is
-/// wider then. For an estimator that does not search again, and may be of other scales, 1, but for matches of clouds,
-/// which have no default threshold.
+/// may be far from a threshold that is not the default one (Problem::threshold_is_default): the size of the data tells
+/// where it can be, and the range is wider then. For an estimator that does not search again, and may be of other
+/// scales, 1, but for matches of clouds, which have no default threshold.
 NoiseRange NoiseRangeOf(const Problem& problem, bool searches_again);
 
 }  // namespace diffsac

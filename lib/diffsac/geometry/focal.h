@@ -16,11 +16,11 @@ using FocalPriors = std::array<FocalPrior, 2>;
 
 /// What matches and a prior say of a focal length, in the unit of the points.
 struct FocalPosterior {
-  double focal = 0.0;  ///< The median of the posterior of log f.
-  double low = 0.0,
-         high = 0.0;        ///< Its central 68 %, made wider (kIntervalFactor in focal_posterior.h).
-  bool observable = false;  ///< Whether the interval is narrower than the prior's (kNarrower).
-  FocalPrior prior = {};
+  double focal = 0.0;        ///< The median of the posterior of log f.
+  double low = 0.0;          ///< Where its central 68 % begin, made wider (kIntervalFactor in focal_posterior.h).
+  double high = 0.0;         ///< Where they end.
+  bool observable = false;   ///< Whether the interval is narrower than the prior's (kNarrower).
+  FocalPrior prior = {};     ///< What it started from.
   double correlation = 0.0;  ///< Of log f with that of the other image, in the interval's covariance.
 };
 

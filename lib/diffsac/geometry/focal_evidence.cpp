@@ -9,14 +9,15 @@
 #include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/manifolds.h"
 #include "diffsac/geometry/robust_loss_sums.h"
+#include "diffsac/geometry/robust_map.h"
 #include "diffsac/geometry/sampson_equations.h"
 
 namespace diffsac {
 namespace {
 
-/// A homography that this share of the points follows, within so many standard deviations of a Sampson distance
-/// (transfer errors have twice that), explains them.
-constexpr double kOneSurface = 0.9, kSurfaceSigmas = 5.0;
+/// A homography explains what follows it within so many standard deviations of a Sampson distance (transfer errors have
+/// twice that).
+constexpr double kSurfaceSigmas = 5.0;
 /// Errors of matches in photographs go together (lens distortion, principal points that are off, keypoints of one
 /// edge), so that each says what this share of an independent one would. Chosen on the tuning scenes
 /// (docs/two_view.md).
@@ -46,21 +47,25 @@ bool FocalEvidence::Refine(FocalParameters* model) {
   if (RefineFocal(unknown_, points_, weights_, options_, priors_, model).status != Status::kOk) return false;
   const Eigen::VectorXd distances = Distances(*model);
   variance_ = ResidualVariance(loss_, distances.data(), weights_.data(), Size(), Free()) / kIndependentShare;
-  return variance_ > 0.0 && model->allFinite();
+  if (!(variance_ > 0.0) || !model->allFinite()) return false;
+  plane_share_ = FindPlaneShare();
+  return true;
 }
 
-bool FocalEvidence::OnOneSurface() const {
+double FocalEvidence::FindPlaneShare() const {
   constexpr int kRounds = 3;
   const double sigma = std::sqrt(kIndependentShare * variance_);
   const double reach = std::max(kSurfaceSigmas * sigma, loss_.least);
+  Eigen::Matrix3d map;
+  if (!FitRobustly(points_, sigma, Extent(points_), FitHomography, &map)) return 0.0;
+  Matrix3Parameters h = AsParameters(map);
   Eigen::VectorXd explained = weights_;
   for (int round = 0; round < kRounds; ++round) {
-    Matrix3Parameters h;
-    if (!Homography::Fit(points_, explained, &h)) return false;
+    if (round > 0 && !Homography::Fit(points_, explained, &h)) break;
     for (int i = 0; i < Size(); ++i)
       explained[i] = SymmetricTransferError(h, points_.row(i).data()) <= reach ? weights_[i] : 0.0;
   }
-  return explained.sum() >= kOneSurface * weights_.sum();
+  return explained.sum() / weights_.sum();
 }
 
 FocalNode FocalEvidence::At(const LogFocals& log_focals, const FocalParameters& start) const {

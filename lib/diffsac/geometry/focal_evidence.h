@@ -11,6 +11,9 @@
 
 namespace diffsac {
 
+/// A homography that this share of the points follows explains them.
+inline constexpr double kOneSurface = 0.9;
+
 /// log f of either image.
 using LogFocals = std::array<double, 2>;
 
@@ -28,10 +31,13 @@ class FocalEvidence {
 
   /// Leaves out what is far from the model.
   bool Select(const FocalParameters& model);
-  /// Refines the focal lengths too, and takes κ from what is left.
+  /// Refines the focal lengths too, and takes κ and PlaneShare from what is left.
   bool Refine(FocalParameters* model);
-  /// Whether a homography explains the points: a plane, or a turn in place, which leave E and f open together.
-  bool OnOneSurface() const;
+  /// How many of the points a homography explains: those of a plane, or of a turn in place, leave E and f open
+  /// together.
+  double PlaneShare() const { return plane_share_; }
+  /// κ, of matches whose errors go together.
+  double variance() const { return variance_; }
   FocalNode At(const LogFocals& log_focals, const FocalParameters& start) const;
   /// The covariance of log f (of both images, or where there is one length its variance) that matches and priors leave,
   /// to second order.
@@ -44,6 +50,7 @@ class FocalEvidence {
     return {columns_.col(0).data(), columns_.col(1).data(), columns_.col(2).data(), columns_.col(3).data()};
   }
   Eigen::VectorXd Distances(const FocalParameters& model) const;
+  double FindPlaneShare() const;
   template <UnknownFocal kUnknown>
   Eigen::MatrixXd InformationOn(const FocalParameters& model) const;
 
@@ -54,7 +61,7 @@ class FocalEvidence {
   PointMatrix points_;
   Eigen::VectorXd weights_;
   Eigen::Matrix<double, Eigen::Dynamic, 4> columns_;  ///< The points, by coordinate.
-  double variance_ = 0.0;                             ///< κ, of matches whose errors go together.
+  double variance_ = 0.0, plane_share_ = 0.0;
 };
 
 /// The posterior between two nodes of a grid is exponential.

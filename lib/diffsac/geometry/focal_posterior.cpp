@@ -22,20 +22,21 @@ constexpr double kNegligible = -12.0;
 
 /// Of log f: the interval's covariance, of the posterior's.
 template <class Matrix>
-Matrix Widened(const Matrix& covariance, const Matrix& of_prior) {
+Matrix Widened(const Matrix& covariance, const Matrix& of_prior, double plane_share) {
   const Matrix prior = of_prior.inverse();
   // Beside a narrow prior the grid's covariance may be a little wider than it.
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(Matrix(covariance.inverse() - prior));
   const Matrix axes = solver.eigenvectors(),
                information = axes * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * axes.transpose();
-  return (IntervalInformation<Matrix>(information) + prior).inverse();
+  return (IntervalInformation<Matrix>(information, FloorOf(plane_share)) + prior).inverse();
 }
 
 /// deviation: the standard deviation of log f that the interval shall have.
 FocalPosterior PosteriorOf(double focal, double low, double high, const FocalPrior& prior, double deviation) {
   const double wider = deviation / (0.5 * std::log(high / low));
-  return {focal, focal * std::pow(low / focal, wider), focal * std::pow(high / focal, wider),
-          deviation < kNarrower * prior.log_sigma, prior};
+  // Of two lengths the median along the posterior's axis may lie without a length's own interval.
+  return {focal, focal * std::min(std::pow(low / focal, wider), 1.0),
+          focal * std::max(std::pow(high / focal, wider), 1.0), deviation < kNarrower * prior.log_sigma, prior};
 }
 
 /// What is known of a length that the matches say nothing of.
@@ -112,7 +113,8 @@ class OneLength {
     *model = chosen;
     using Scalar = Eigen::Matrix<double, 1, 1>;
     const double half = 0.5 * (high - low);
-    const double variance = Widened<Scalar>(Scalar(half * half), Scalar(prior_.log_sigma * prior_.log_sigma))(0, 0);
+    const double variance =
+        Widened<Scalar>(Scalar(half * half), Scalar(prior_.log_sigma * prior_.log_sigma), evidence_.PlaneShare())(0, 0);
     *out = Tied(
         unknown_,
         FocalPosteriors{{{}, PosteriorOf(chosen[10], std::exp(low), std::exp(high), prior_, std::sqrt(variance))}});
@@ -225,7 +227,8 @@ class TwoLengths {
     const Eigen::Vector2d half = 0.5 * (high - low), prior(priors_[0].log_sigma, priors_[1].log_sigma);
     Eigen::Matrix2d covariance = half.cwiseAbs2().asDiagonal();
     covariance(0, 1) = covariance(1, 0) = Correlation(line, top) * half.prod();
-    const Eigen::Matrix2d wide = Widened<Eigen::Matrix2d>(covariance, Eigen::Matrix2d(prior.cwiseAbs2().asDiagonal()));
+    const Eigen::Matrix2d wide =
+        Widened<Eigen::Matrix2d>(covariance, Eigen::Matrix2d(prior.cwiseAbs2().asDiagonal()), evidence_.PlaneShare());
     const Eigen::Vector2d deviations = wide.diagonal().cwiseSqrt();
     if (!deviations.allFinite()) return false;
     for (int k = 0; k < 2; ++k) {
@@ -312,7 +315,7 @@ bool MarginaliseFocal(UnknownFocal unknown, const PointMatrix& points, const Eig
   FocalParameters best = *model;
   if (!evidence.Select(best) || !evidence.Refine(&best)) return false;
 
-  if (evidence.OnOneSurface()) {
+  if (evidence.PlaneShare() >= kOneSurface) {
     *model = evidence.At(Tied(unknown, LogFocals{std::log(priors[0].focal), std::log(priors[1].focal)}), best).model;
     *out = Tied(unknown, FocalPosteriors{PriorAlone(priors[0]), PriorAlone(priors[1])});
     return model->allFinite();

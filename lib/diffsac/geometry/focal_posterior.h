@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 
 #include "diffsac/geometry/focal.h"
@@ -13,20 +14,18 @@ namespace diffsac {
 inline constexpr double kNarrower = 0.5;
 /// What lens distortion, principal points that are off and mismatches do to f is common to all matches of a pair: no
 /// number of them makes it smaller. So the interval has the posterior's covariance with what the matches say, in a
-/// deviation, times the first and no surer than the second, in log f. Chosen on the tuning scenes, where it holds the
-/// truth in 62 % (two lengths) and 72 % (one).
+/// deviation, times the first and no surer than the second, in log f; FloorOf it, of matches on a plane. Chosen on the
+/// tuning scenes, where it holds the truth in 62 % (two lengths) and 72 % (one).
 inline constexpr double kIntervalFactor = 2.0, kIntervalFloor = 0.05;
 
-/// Of matches that say `information` of log f, beside a prior: what the interval takes them to say, and back.
+/// What the matches on a plane leave open those beside it say, so that the same errors move f the more.
+inline double FloorOf(double plane_share) { return kIntervalFloor / std::max(1.0 - plane_share, 0.1); }
+
+/// Of matches that say `information` of log f, beside a prior: what the interval takes them to say.
 template <class Matrix>
-Matrix IntervalInformation(const Matrix& information) {
-  const double factor = kIntervalFactor * kIntervalFactor, floor = kIntervalFloor * kIntervalFloor;
-  return information * (factor * Matrix::Identity() + floor * information).inverse();
-}
-template <class Matrix>
-Matrix PosteriorInformation(const Matrix& of_interval) {
-  const double factor = kIntervalFactor * kIntervalFactor, floor = kIntervalFloor * kIntervalFloor;
-  return factor * of_interval * (Matrix::Identity() - floor * of_interval).inverse();
+Matrix IntervalInformation(const Matrix& information, double floor = kIntervalFloor) {
+  const double factor = kIntervalFactor * kIntervalFactor;
+  return information * (factor * Matrix::Identity() + floor * floor * information).inverse();
 }
 
 /// The posterior of log f, on a grid; of two unknown lengths on one of two dimensions. At each f of the grid E is
@@ -38,7 +37,8 @@ Matrix PosteriorInformation(const Matrix& of_interval) {
 /// out.
 ///
 /// Where a homography explains nine tenths of the points (a plane, a turn in place), E and f are open together, and
-/// what noise and outliers say of f is no evidence: the posterior is the prior.
+/// what noise and outliers say of f is no evidence: the posterior is the prior. Where it explains fewer the interval is
+/// wider (FloorOf).
 ///
 /// Sets *model to the median with E refined there, whatever its likelihood before: on the mean of many pairs its poses
 /// are better than those of the mode, which may lie at one end of a wide interval, or without it. False, leaving

@@ -43,6 +43,16 @@ bool LieOnLine(const ModelParameters& model, const std::vector<std::uint8_t>& in
 
 }  // namespace
 
+double UsualThreshold(Task task) {
+  if (task == Task::kHomography) return 3.0;
+  return task == Task::kAbsolutePose ? 4.0 : 1.0;
+}
+
+void SetThreshold(double threshold_px, Problem* problem) {
+  problem->inlier_threshold = threshold_px;
+  problem->threshold_is_default = threshold_px == UsualThreshold(problem->task);
+}
+
 bool HasItsNeeds(const Problem& problem) {
   return DispatchDescription(problem.task, [&]<class Description>() { return Description::Accepts(problem); });
 }

@@ -38,6 +38,9 @@ int MinimalSetSize(Task task);
 int PointDimension(Task task);
 /// Whether the points are matches of two images.
 bool IsTwoView(Task task);
+/// The default ε in pixels: 1, for homographies 3 and for absolute poses 4. Presets are made for it: their noise scales
+/// are in pixels, and suit it. Nothing else in a preset has a unit.
+double UsualThreshold(Task task);
 
 /// Calibration matrices of the two images.
 struct CameraPair {
@@ -60,6 +63,9 @@ struct Problem {
   Task task{};                    ///< By default the first, lines.
   PointMatrix points;             ///< N × PointDimension(task), in the data's unit; two views: pixels.
   double inlier_threshold = 0.1;  ///< ε, in the data's unit, linear; two views: pixels.
+  /// Whether ε is the task's default one in the data's unit. Noise is about as large then, and is searched for nowhere
+  /// else (NoiseRangeOf).
+  bool threshold_is_default = false;
   /// Two views: N numbers from 0 to 1, lower is better: matching ratios (nearest to second-nearest descriptor distance)
   /// or, where `scored`, 1 − a matcher's score; empty if unknown.
   Eigen::VectorXd match_ratio = {};
@@ -77,7 +83,12 @@ struct Problem {
   CameraHint hint2 = {};  ///< Of the second.
   /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
   DescriptorMatrix descriptors = {};
+  /// A model to score in addition to the sampled ones, in the coordinates in which the problem is solved.
+  std::optional<ModelParameters> initial_model = {};
 };
+
+/// Sets ε in pixels, and whether it is the default one.
+void SetThreshold(double threshold_px, Problem* problem);
 
 /// Whether the problem has what its task needs beside its points: the essential matrix, cameras.
 bool HasItsNeeds(const Problem& problem);

@@ -89,11 +89,13 @@ Problem PartOf(const Problem& whole, const std::vector<int>& rows) {
   Problem part;
   part.task = whole.task;
   part.inlier_threshold = whole.inlier_threshold;
+  part.threshold_is_default = whole.threshold_is_default;
   part.cameras = whole.cameras;
   part.hint1 = whole.hint1;
   part.hint2 = whole.hint2;
   part.size1 = whole.size1;
   part.size2 = whole.size2;
+  part.initial_model = whole.initial_model;
   part.points = whole.points(rows, Eigen::all);
   if (whole.match_ratio.size() == count) part.match_ratio = whole.match_ratio(rows);
   part.scored = whole.scored;

@@ -8,14 +8,12 @@
 namespace diffsac {
 namespace {
 
-using ImagePoints = Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 2>>;
-
 struct Outside {
   Eigen::Index count = 0, finite = 0, first = -1;
   bool TooMany() const { return count > 2 && 20 * count > 3 * finite; }
 };
 
-Outside OutsideOf(const ImageSize& size, const ImagePoints& points) {
+Outside OutsideOf(const ImageSize& size, const Points2DView::Map& points) {
   const double margin = 2.0 + 0.02 * std::max(size.width, size.height);
   Outside outside;
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
@@ -34,8 +32,9 @@ std::string Text(double x, double y) {
 
 }  // namespace
 
-void RequireWithin(const ImageSize& size, const ImagePoints& points, const std::string& name) {
+void RequireWithin(const ImageSize& size, const Points2DView& view, const std::string& name) {
   if (!size.known()) return;
+  const auto points = view.matrix();
   const Outside outside = OutsideOf(size, points);
   if (!outside.TooMany()) return;
   const ImageSize turned{size.height, size.width};

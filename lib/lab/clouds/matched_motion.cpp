@@ -31,12 +31,12 @@ std::string TransformText(const RigidMotion& motion, const char* scale) {
          ShortestNumber(t[2]) + "); y = " + scale + "R x + t\n";
 }
 
-/// ", 3 repeated, 2 not finite".
+/// ", 3 repeated, 2 not finite". found: Diagnostics, or a result without.
 template <class Found>
 std::string UnusedText(const Found& found) {
   std::string text;
-  if (found.repeated_rows > 0) text += ", " + std::to_string(found.repeated_rows) + " repeated";
-  if (found.rows_left_out > 0) text += ", " + std::to_string(found.rows_left_out) + " not finite";
+  if (found.num_duplicates > 0) text += ", " + std::to_string(found.num_duplicates) + " repeated";
+  if (found.num_nonfinite > 0) text += ", " + std::to_string(found.num_nonfinite) + " not finite";
   if constexpr (requires { found.scores_ignored; })
     if (found.scores_ignored) text += kScoresIgnored;
   return text;
@@ -44,11 +44,11 @@ std::string UnusedText(const Found& found) {
 
 std::string NoneText(Status status) { return "no motion: " + std::string(ToString(status)) + "\n"; }
 
-Eigen::Vector3d MiddleOf(const CloudMatches& matches, const RigidMotionEstimate& estimate) {
+Eigen::Vector3d MiddleOf(const Matches3D3D& matches, const RigidMotionEstimate& estimate) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
     if (estimate.inliers[i] == 1)
-      middle += matches.points1.row(static_cast<Eigen::Index>(i)).transpose() / estimate.num_inliers;
+      middle += matches.points1.matrix().row(static_cast<Eigen::Index>(i)).transpose() / estimate.num_inliers;
   return middle;
 }
 
@@ -64,7 +64,7 @@ RigidMotion MotionOf(const Eigen::Matrix<double, 3, 4>& model) { return {model.l
 
 }  // namespace
 
-MatchedMotion EstimateMatched(Task task, const CloudMatches& matches, const CloudOptions& options) {
+MatchedMotion EstimateMatched(Task task, const Matches3D3D& matches, const RegistrationOptions& options) {
   MatchedMotion found{task, static_cast<int>(matches.points1.rows()), {}};
   if (task == Task::kRigid) {
     found.estimate = EstimateRigidMotion(matches, options);
@@ -73,16 +73,14 @@ MatchedMotion EstimateMatched(Task task, const CloudMatches& matches, const Clou
   }
   SimilarityEstimate similarity = EstimateSimilarity(matches, options);
   found.scale = similarity.scale;
-  found.estimate.motion = similarity.motion;
-  found.estimate.covariance = similarity.covariance;
-  static_cast<ModelEstimate<Eigen::Matrix<double, 3, 4>>&>(found.estimate) = std::move(similarity);
+  static_cast<PoseEstimate<Eigen::Matrix<double, 3, 4>>&>(found.estimate) = std::move(similarity);
   found.middle = MiddleOf(matches, found.estimate);
   return found;
 }
 
 std::optional<MotionSpread> SpreadOf(const MatchedMotion& found, const RigidMotion& motion,
                                      const Eigen::Vector3d& origin) {
-  const std::optional<Eigen::MatrixXd>& covariance = found.estimate.covariance;
+  const std::optional<Eigen::MatrixXd>& covariance = found.estimate.pose_covariance;
   if (!covariance) return std::nullopt;
   const Eigen::Matrix3d turn = found.scale * motion.rotation;
   const auto moved = [&](const Eigen::Vector3d& from) -> Eigen::MatrixXd {
@@ -94,15 +92,15 @@ std::optional<MotionSpread> SpreadOf(const MatchedMotion& found, const RigidMoti
 
 std::string MotionText(const MatchedMotion& found, const RigidMotion& motion, const Eigen::Vector3d& origin) {
   const RigidMotionEstimate& estimate = found.estimate;
-  std::string text = "matches: " + std::to_string(found.matches) + UnusedText(estimate) + "\n";
+  std::string text = "matches: " + std::to_string(found.matches) + UnusedText(estimate.diagnostics) + "\n";
   if (!estimate.ok()) return text + NoneText(estimate.status);
   const bool scaled = found.task == Task::kSimilarity;
   text += Format("%s: %d inliers (%.0f %%), noise %.2g\n", scaled ? "similarity" : "rigid motion", estimate.num_inliers,
-                 100.0 * estimate.num_inliers / found.matches, estimate.noise_scale);
+                 100.0 * estimate.num_inliers / found.matches, estimate.sigma);
   text += TransformText(motion, scaled ? "s " : "");
   if (scaled) text += "  s = " + ShortestNumber(found.scale);
-  if (scaled && estimate.covariance)
-    text += Format(", within %.2g %%", 100.0 * std::sqrt((*estimate.covariance)(6, 6)));
+  if (scaled && estimate.pose_covariance)
+    text += Format(", within %.2g %%", 100.0 * std::sqrt((*estimate.pose_covariance)(6, 6)));
   if (scaled) text += "\n";
   const auto spread = SpreadOf(found, motion, origin);
   return spread ? text + SpreadText(*spread) : text;
@@ -121,21 +119,21 @@ Json MotionJson(const MatchedMotion& found, const RigidMotion& motion, const Eig
     json["middle"] = Rows(spread->middle.transpose())[0];
     json["covariance_at_middle"] = Rows(spread->of_middle);
   }
-  json["noise_scale"] = estimate.noise_scale;
-  json["log_false_alarms"] = estimate.log_false_alarms;
-  json["may_be_chance"] = estimate.may_be_chance();
-  json["scores_ignored"] = estimate.scores_ignored;
-  json["ambiguous"] = estimate.ambiguous();
+  json["noise_scale"] = estimate.sigma;
+  json["log_false_alarms"] = estimate.diagnostics.log10_nfa;
+  json["may_be_chance"] = (estimate.verdict == Verdict::kUnsupported);
+  json["scores_ignored"] = estimate.diagnostics.scores_ignored;
+  json["ambiguous"] = estimate.ambiguous_pose.has_value();
   return json;
 }
 
 std::string MatchedJson(const std::string& file, const MatchedMotion& found) {
   const RigidMotionEstimate& estimate = found.estimate;
   Json json = {{"file", file}, {"task", ToString(found.task)}};
-  json.update(MotionJson(found, estimate.motion));
-  if (estimate.other_motion)
-    json["other_motion"] = {{"rotation", Rows(estimate.other_motion->rotation)},
-                            {"translation", Rows(estimate.other_motion->translation.transpose())[0]}};
+  json.update(MotionJson(found, estimate.pose.value_or(RigidMotion())));
+  if (estimate.ambiguous_pose)
+    json["other_motion"] = {{"rotation", Rows(estimate.ambiguous_pose->rotation)},
+                            {"translation", Rows(estimate.ambiguous_pose->translation.transpose())[0]}};
   json["inlier_threshold"] = estimate.inlier_threshold;
   json["inlier_rows"] = Json::array();
   for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
@@ -144,7 +142,7 @@ std::string MatchedJson(const std::string& file, const MatchedMotion& found) {
   return TextOf(json);
 }
 
-std::string MotionsText(const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& found) {
+std::string MotionsText(const MultiModelEstimate<Eigen::Matrix<double, 3, 4>>& found) {
   const auto& assignment = found.assignment;
   std::string text = "matches: " + std::to_string(assignment.size()) + UnusedText(found) + "\n";
   if (!found.ok()) return text + NoneText(found.status);
@@ -155,7 +153,7 @@ std::string MotionsText(const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& found
   return text;
 }
 
-std::string MotionsJson(const std::string& file, const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& found) {
+std::string MotionsJson(const std::string& file, const MultiModelEstimate<Eigen::Matrix<double, 3, 4>>& found) {
   Json json = {{"file", file}, {"status", ToString(found.status)}, {"motions", Json::array()}};
   for (const auto& model : found.models)
     json["motions"].push_back(

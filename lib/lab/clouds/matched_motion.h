@@ -27,7 +27,7 @@ struct MotionSpread {
 };
 
 /// EstimateRigidMotion or EstimateSimilarity.
-MatchedMotion EstimateMatched(Task task, const CloudMatches& matches, const CloudOptions& options);
+MatchedMotion EstimateMatched(Task task, const Matches3D3D& matches, const RegistrationOptions& options);
 
 /// `motion`: between the files' frames; `origin`: where in the first file's frame the estimate's one is. Absent without
 /// a covariance.
@@ -46,8 +46,8 @@ nlohmann::ordered_json MotionJson(const MatchedMotion& found, const RigidMotion&
 std::string MatchedJson(const std::string& file, const MatchedMotion& found);
 
 /// Several motions in the same matches, each with its number of matches.
-std::string MotionsText(const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& found);
+std::string MotionsText(const MultiModelEstimate<Eigen::Matrix<double, 3, 4>>& found);
 /// The same, with the number of the motion of each match, 0 for none.
-std::string MotionsJson(const std::string& file, const ModelsEstimate<Eigen::Matrix<double, 3, 4>>& found);
+std::string MotionsJson(const std::string& file, const MultiModelEstimate<Eigen::Matrix<double, 3, 4>>& found);
 
 }  // namespace diffsac

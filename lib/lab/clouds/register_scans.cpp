@@ -6,6 +6,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <utility>
 
 #include "diffsac/geometry/motion_errors.h"
 #include "lab/images/image_features.h"
@@ -15,19 +16,17 @@ namespace {
 
 namespace registration = open3d::pipelines::registration;
 
-CloudMatches MatchesOf(const Scan& first, const Scan& second) {
+Matches3D3D MatchesOf(const Scan& first, const Scan& second) {
   const std::vector<DescriptorMatch> found = MatchMutually(first.descriptors, second.descriptors);
   const auto count = static_cast<Eigen::Index>(found.size());
-  CloudMatches matches;
-  matches.points1.resize(count, 3);
-  matches.points2.resize(count, 3);
-  matches.match_ratios.resize(count);
+  PointMatrix points1(count, 3), points2(count, 3);
+  Eigen::VectorXd ratios(count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    matches.points1.row(i) = first.cloud->points_[found[i].first];
-    matches.points2.row(i) = second.cloud->points_[found[i].second];
-    matches.match_ratios[i] = found[i].ratio;
+    points1.row(i) = first.cloud->points_[found[i].first];
+    points2.row(i) = second.cloud->points_[found[i].second];
+    ratios[i] = found[i].ratio;
   }
-  return matches;
+  return {std::move(points1), std::move(points2), std::move(ratios)};
 }
 
 double HoldOf(const open3d::geometry::PointCloud& second, const std::vector<Eigen::Vector2i>& pairs) {
@@ -51,7 +50,7 @@ void Refine(const Scan& first, const Scan& second, double reach, Registration* r
   // Open3D's threads add in the order in which they end; one adds in order.
   const int threads = omp_get_max_threads();
   omp_set_num_threads(1);
-  const Eigen::Matrix4d start = TransformOf(result->estimate.motion);
+  const Eigen::Matrix4d start = TransformOf(*result->estimate.pose);
   auto best = registration::EvaluateRegistration(*first.cloud, *second.cloud, reach, start);
   result->overlap_before = best.fitness_;
   const auto refined = registration::RegistrationICP(*first.cloud, *second.cloud, reach, start,
@@ -70,16 +69,16 @@ void Refine(const Scan& first, const Scan& second, double reach, Registration* r
 
 }  // namespace
 
-Registration RegisterScans(const Scan& first, const Scan& second, const CloudOptions& options) {
+Registration RegisterScans(const Scan& first, const Scan& second, const RegistrationOptions& options) {
   Registration result;
   static_cast<MatchedMotion&>(result) = EstimateMatched(Task::kRigid, MatchesOf(first, second), options);
-  if (result.estimate.ok()) Refine(first, second, options.max_distance, &result);
+  if (result.estimate.ok()) Refine(first, second, options.max_residual.value(), &result);
   return result;
 }
 
 std::optional<Eigen::Matrix<double, 6, 6>> Information(const Registration& registration,
                                                        const Eigen::Vector3d& first_middle) {
-  const std::optional<Eigen::MatrixXd>& covariance = registration.estimate.covariance;
+  const std::optional<Eigen::MatrixXd>& covariance = registration.estimate.pose_covariance;
   if (!covariance) return std::nullopt;
   // An error e of g2o's, (translation, half a turn) in the first frame, turns by ω = 2 R e₂ and moves t by R e₁; the
   // covariance is of the motion of the points about the middle.

@@ -10,7 +10,7 @@ namespace diffsac {
 struct Registration : MatchedMotion {
   /// Between the files' frames: y = R x + t, after point-to-plane ICP where that brings no fewer points together.
   RigidMotion motion;
-  /// The share of thinned points of the first, and of the second, within options.max_distance of the other.
+  /// The share of thinned points of the first, and of the second, within options.max_residual of the other.
   double overlap1 = 0.0, overlap2 = 0.0;
   double overlap_before = 0.0;  ///< The first's before ICP.
   double rmse = 0.0;            ///< Of the first's.
@@ -23,9 +23,9 @@ struct Registration : MatchedMotion {
   bool slides() const { return hold < kLeastHold; }
 };
 
-/// Mutual matches of the descriptors, drawn by their ratios; then ICP of the thinned clouds. options.max_distance is of
+/// Mutual matches of the descriptors, drawn by their ratios; then ICP of the thinned clouds. options.max_residual is of
 /// both and must be given.
-Registration RegisterScans(const Scan& first, const Scan& second, const CloudOptions& options);
+Registration RegisterScans(const Scan& first, const Scan& second, const RegistrationOptions& options);
 
 /// The covariance of a registration's motion as g2o's EDGE_SE3:QUAT has it, inverted: 6 × 6 in the order of the
 /// translation and the vector part of the quaternion, of what is added in the first scan's frame. Absent where the

@@ -98,7 +98,8 @@ std::string RegistrationJson(const Scan& first, const Scan& second, const Regist
 
 bool IsEdge(const Registration& registration) {
   const RigidMotionEstimate& estimate = registration.estimate;
-  return estimate.ok() && !estimate.may_be_chance() && !registration.slides() && estimate.covariance;
+  return estimate.ok() && estimate.verdict != Verdict::kUnsupported && !registration.slides() &&
+         estimate.pose_covariance.has_value();
 }
 
 std::string RegistrationsCsv(const std::vector<Scan>& scans, const std::vector<ScanPair>& pairs) {
@@ -112,8 +113,9 @@ std::string RegistrationsCsv(const std::vector<Scan>& scans, const std::vector<S
     text +=
         CsvText(scans[pair.first].name()) + "," + CsvText(scans[pair.second].name()) + "," +
         std::string(ToString(found.estimate.status)) +
-        Format(",%d,%d,%d,%d,%d,", found.matches, found.estimate.num_inliers, int{found.estimate.may_be_chance()},
-               int{found.estimate.ambiguous()}, int{IsEdge(found)}) +
+        Format(",%d,%d,%d,%d,%d,", found.matches, found.estimate.num_inliers,
+               int{found.estimate.verdict == Verdict::kUnsupported}, int{found.estimate.ambiguous_pose.has_value()},
+               int{IsEdge(found)}) +
         (found.estimate.ok() ? Format("%.3f,%.4f,%.4f,%.6g,", found.hold, found.overlap1, found.overlap2, found.rmse) +
                                    Numbers(PoseNumbers(found.motion), ",")
                              : ",,,,,,,,,,") +

@@ -2,6 +2,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/diffsac_model.h"
+#include "diffsac/estimators/estimator.h"
 #include "diffsac/estimators/learned_model.h"
 #include "lab/config/estimator_registry.h"
 #include "lab/config/paths.h"
@@ -19,7 +20,11 @@ const EstimatorEntry& EntryOf(const Config& config) {
 
 TableRow MakeRow(const Config& config, Task task, const EstimatorContext& context) {
   CheckDevice(context.device);  // also by rows that have no use for it
-  return EntryOf(config).make(config, task, context);
+  TableRow row = EntryOf(config).make(config, task, context);
+  if (row.estimator() != nullptr && row.estimator()->SearchesAgain())
+    row.SetWithoutScores(
+        [kept = KeptEstimator(task, {})]() -> const RobustEstimator& { return kept->WithoutScores(); });
+  return row;
 }
 
 std::unique_ptr<RobustEstimator> MakeEstimator(const Config& config, Task task, const EstimatorContext& context) {

@@ -37,6 +37,7 @@ class TableRow {
   std::optional<TrainingFacts> Training() const { return estimator_ ? estimator_->Training() : std::nullopt; }
   /// Null for a row that is shown the example.
   const RobustEstimator* estimator() const { return estimator_.get(); }
+  void SetWithoutScores(RobustEstimator::Other other) { estimator_->SetWithoutScores(std::move(other)); }
   std::unique_ptr<RobustEstimator> TakeEstimator() { return std::move(estimator_); }
 
  private:

@@ -127,7 +127,7 @@ Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const Vir
   Example example;
   Problem& problem = example.problem;
   problem.task = task;
-  problem.inlier_threshold = options.inlier_threshold_px;
+  SetThreshold(options.inlier_threshold_px, &problem);
   problem.cameras = CameraPair{pair.first.K, pair.second.K};
   problem.size1 = pair.first.size;
   problem.size2 = pair.second.size;

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "diffsac/core/former_names.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/problem.h"
 #include "lab/files/files.h"
@@ -63,9 +64,14 @@ void CheckCount(std::size_t count, std::size_t expected, const std::string& name
   if (count != expected) throw Error(name + ": expected " + std::to_string(expected) + " values");
 }
 
+/// The name under which a file has a column: the current or the former one.
+std::string NameIn(const H5::Group& group, const std::string& name) {
+  return group.nameExists(name) ? name : FormerName(name);
+}
+
 template <class Value>
 std::vector<Value> GetAll(const H5::Group& group, const std::string& name) {
-  const H5::DataSet data = group.openDataSet(name);
+  const H5::DataSet data = group.openDataSet(NameIn(group, name));
   std::vector<Value> values(CountOf(data, name));
   if (!values.empty()) data.read(values.data(), Hdf5Type<Value>());
   return values;
@@ -73,7 +79,7 @@ std::vector<Value> GetAll(const H5::Group& group, const std::string& name) {
 
 template <>
 std::vector<std::string> GetAll(const H5::Group& group, const std::string& name) {
-  const H5::DataSet data = group.openDataSet(name);
+  const H5::DataSet data = group.openDataSet(NameIn(group, name));
   std::vector<char*> pointers(CountOf(data, name));
   if (pointers.empty()) return {};
   data.read(pointers.data(), TextType());
@@ -86,7 +92,7 @@ std::vector<std::string> GetAll(const H5::Group& group, const std::string& name)
 
 template <class Value>
 std::vector<Value> Get(const H5::Group& group, const std::string& name, std::size_t count) {
-  CheckCount(CountOf(group.openDataSet(name), name), count, name);
+  CheckCount(CountOf(group.openDataSet(NameIn(group, name)), name), count, name);
   return GetAll<Value>(group, name);
 }
 
@@ -228,7 +234,7 @@ class Columns {
 
  private:
   bool IsThere(const std::string& name, Presence presence) const {
-    return presence == Presence::kAlways || group_.nameExists(name);
+    return presence == Presence::kAlways || group_.nameExists(NameIn(group_, name));
   }
 
   const H5::Group& group_;

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "diffsac/core/former_names.h"
 #include "diffsac/core/status.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/record_fields.h"
@@ -29,9 +30,9 @@ class Line {
     if (values_.size() != names_.size())
       throw Error("expected " + std::to_string(names_.size()) + " values, found " + std::to_string(values_.size()));
   }
-  bool Has(const char* name) const { return std::find(names_.begin(), names_.end(), name) != names_.end(); }
+  bool Has(const char* name) const { return Find(name) != names_.end(); }
   const std::string& Text(const char* name) const {
-    const auto found = std::find(names_.begin(), names_.end(), name);
+    const auto found = Find(name);
     if (found == names_.end()) throw Error(std::string("no column '") + name + "'");
     return values_[static_cast<std::size_t>(found - names_.begin())];
   }
@@ -58,6 +59,12 @@ class Line {
   }
 
  private:
+  /// By its current or its former name.
+  std::vector<std::string>::const_iterator Find(const std::string& name) const {
+    const auto found = std::find(names_.begin(), names_.end(), name);
+    return found != names_.end() ? found : std::find(names_.begin(), names_.end(), FormerName(name));
+  }
+
   const std::vector<std::string>& names_;
   std::vector<std::string> values_;
 };

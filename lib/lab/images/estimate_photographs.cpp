@@ -7,6 +7,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
+#include "diffsac/problem/tasks.h"
 #include "lab/config/progress.h"
 #include "lab/images/feature_store.h"
 #include "lab/truth/pair_truth.h"
@@ -46,8 +47,12 @@ void EstimatePair(const SourcePair& images, const PhotographCameras& cameras, co
     problem.hint1 = Held(cameras.hints[of[0]], cameras.from[of[0]]);
     problem.hint2 = Held(cameras.hints[of[1]], cameras.from[of[1]]);
   }
-  SetTask(estimation.task, estimation.inlier_threshold_px, &pair->example);
+  // One length is surer than two, and a model of it is one of two.
+  const bool one =
+      estimation.task == Task::kTwoFocals && !problem.cameras && cameras.camera[of[0]] == cameras.camera[of[1]];
+  SetTask(one ? Task::kSharedFocal : estimation.task, estimation.inlier_threshold_px, &pair->example);
   pair->estimate = estimation.method.Run(problem, estimation.seed);
+  SetTask(estimation.task, estimation.inlier_threshold_px, &pair->example);
   std::optional<FocalEstimate>& focal = pair->estimate.focal;
   for (int k = 0; k < 2; ++k) {
     if (!problem.cameras) pair->camera[k] = cameras.camera[of[k]];
@@ -134,21 +139,34 @@ bool EstimateWithPooledFocals(const ImageSource& source, const PairEstimation& e
                               std::vector<EstimatedPair>* pairs) {
   const std::vector<SourcePair>& images = source.scenes.at(0).pairs;
   std::vector<std::array<int, 2>> of_done;
-  std::vector<Estimate> estimates;
   std::vector<std::size_t> done;
   for (std::size_t i = 0; i < pairs->size(); ++i) {
     if (!(*pairs)[i].done) continue;
     done.push_back(i);
     of_done.push_back({images[i].image1, images[i].image2});
-    estimates.push_back((*pairs)[i].estimate);
   }
-  PoolFocals(of_done, estimates, cameras);
-  Progress progress("pairs, by the focal lengths of all", static_cast<std::int64_t>(done.size()));
-  ParallelFor(static_cast<std::int64_t>(done.size()), estimation.threads, [&](std::int64_t i) {
-    if (stop) return;
-    EstimatePair(images[done[i]], *cameras, estimation, &(*pairs)[done[i]]);
-    progress.Advance();
-  });
+  const auto estimates = [&] {
+    std::vector<Estimate> all;
+    for (const std::size_t i : done) all.push_back((*pairs)[i].estimate);
+    return all;
+  };
+  const auto estimate_again = [&](const char* what, const auto& chosen) {
+    Progress progress(what, static_cast<std::int64_t>(done.size()));
+    ParallelFor(static_cast<std::int64_t>(done.size()), estimation.threads, [&](std::int64_t i) {
+      if (stop) return;
+      if (chosen(of_done[i])) EstimatePair(images[done[i]], *cameras, estimation, &(*pairs)[done[i]]);
+      progress.Advance();
+    });
+  };
+  const std::vector<int> before = cameras->camera;
+  if (estimation.task == Task::kTwoFocals) JoinCameras(of_done, estimates(), cameras);
+  if (cameras->camera != before)
+    estimate_again("pairs, of one camera", [&](const std::array<int, 2>& of) {
+      return before[of[0]] != before[of[1]] && cameras->camera[of[0]] == cameras->camera[of[1]];
+    });
+  if (stop) return false;
+  PoolFocals(of_done, estimates(), cameras);
+  estimate_again("pairs, by the focal lengths of all", [](const auto&) { return true; });
   return !stop;
 }
 

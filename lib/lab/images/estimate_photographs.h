@@ -52,9 +52,10 @@ std::vector<EstimatedPair> EstimateGivenPairs(const ImageSource& source, GivenPa
                                               const PhotographCameras& cameras, const PairEstimation& estimation,
                                               const std::atomic<bool>& stop);
 
-/// Of pairs of unknown focal lengths: what all pairs of a camera say of its focal length together (PoolFocals) becomes
-/// what is known of it in *cameras, with which all that are done are estimated again. False when `stop` turned true:
-/// the rest is as it was.
+/// Of pairs of unknown focal lengths: cameras that have one length by all pairs are joined (JoinCameras), and their
+/// pairs estimated with one; then what all pairs of a camera say of its focal length together (PoolFocals) becomes what
+/// is known of it in *cameras, with which all that are done are estimated again. False when `stop` turned true: the
+/// rest is as it was.
 bool EstimateWithPooledFocals(const ImageSource& source, const PairEstimation& estimation,
                               const std::atomic<bool>& stop, PhotographCameras* cameras,
                               std::vector<EstimatedPair>* pairs);

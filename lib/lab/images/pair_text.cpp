@@ -55,6 +55,16 @@ std::string FocalText(const Problem& problem, const FocalEstimate& focal) {
   return shared ? text("f", 0) : text("f1", 0) + text("f2", 1);
 }
 
+std::string ConflictText(const FocalConflict& conflict) {
+  const bool one = conflict.said_px[0] == conflict.said_px[1] && conflict.found_px[0] == conflict.found_px[1];
+  const auto both = [&](const std::array<double, 2>& values) {
+    return PixelText(values[0]) + (one ? "" : " and " + PixelText(values[1]));
+  };
+  return "  the matches contradict what is known of the focal length: " + both(conflict.said_px) + " px by that, " +
+         both(conflict.found_px) + " px (68 % from " + both(conflict.low_px) + " to " + both(conflict.high_px) +
+         ") by the matches: another zoom, size, unit or crop; R and t may be wrong\n";
+}
+
 std::string PoseText(const RigidMotion& pose) {
   return RotationText(pose.rotation) + Format("  t =  (%.6f, %.6f, %.6f), of unknown length; x2 = R x1 + t\n",
                                               pose.translation[0], pose.translation[1], pose.translation[2]);
@@ -171,6 +181,14 @@ Json FocalJson(const Problem& problem, const FocalEstimate& focal) {
           {"source", {ToString(SourceOf(problem, focal, 0)), ToString(SourceOf(problem, focal, 1))}}};
 }
 
+Json ConflictJson(const std::optional<FocalConflict>& conflict) {
+  if (!conflict) return nullptr;
+  return {{"said_px", conflict->said_px},
+          {"found_px", conflict->found_px},
+          {"low_px", conflict->low_px},
+          {"high_px", conflict->high_px}};
+}
+
 Json SizeJson(const ImageSize& size) { return size.known() ? Json({size.width, size.height}) : Json(nullptr); }
 
 /// Of the calibration; where the focal length is looked for, the image's middle.
@@ -221,7 +239,8 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   text += "\n";
   if (estimate.mirrored)
     text += "  the matches fit the mirror image of the second photograph: one of the two is mirrored\n";
-  if (!estimate.MayBeChance() && estimate.MayBeWrong())
+  if (estimate.focal_conflict) text += ConflictText(*estimate.focal_conflict);
+  if (!estimate.MayBeChance() && estimate.error_probability > kLikelyWrong)
     text += Format("  may be wrong: of results like this %.0f %% are off by more than 10 degrees\n",
                    100.0 * estimate.error_probability);
   const bool determined = !IsUndetermined(estimate.translation);
@@ -298,6 +317,7 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"translation", ToString(record.translation)},
                      {"pose_covariance", record.pose_covariance ? MatrixJson(*record.pose_covariance) : Json(nullptr)},
                      {"share_behind", record.share_behind},
+                     {"focal_conflict", ConflictJson(estimate.focal_conflict)},
                      {"focal", record.focal ? FocalJson(pair.problem, *record.focal) : Json(nullptr)},
                      {"matches", record.points},
                      {"inliers", record.inlier_rows},

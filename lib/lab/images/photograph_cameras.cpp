@@ -17,7 +17,7 @@ namespace diffsac {
 namespace {
 
 /// Principal points that are off and lenses are the same in all pairs of a camera, so that many pairs know f no better.
-constexpr double kLeastLogSigma = 0.02;
+constexpr double kLeastLogSigma = kIntervalFloor;
 /// How many times the variance is that pairs say: the least one with which half of them agree is taken.
 constexpr double kTimes[] = {1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0};
 constexpr double kLeastPairSigma = 0.01;  // Of log f, of what a pair says.
@@ -35,12 +35,10 @@ struct Say {
 
 /// Nothing where the pair knows no more than its priors.
 std::optional<Say> SayOf(const FocalEstimate& focal, const std::array<int, 2>& cameras) {
-  Eigen::Vector2d median, mean, prior, sigma, prior_sigma;
+  Eigen::Vector2d mean, prior, sigma, prior_sigma;
   for (int k = 0; k < 2; ++k) {
-    const double low = std::log(focal.low_px[k]), high = std::log(focal.high_px[k]);
-    median[k] = std::log(focal.focal_px[k]);
-    mean[k] = 0.5 * (low + high);
-    sigma[k] = std::max(0.5 * (high - low), 1e-3);
+    sigma[k] = std::max(0.5 * std::log(focal.high_px[k] / focal.low_px[k]), 1e-3);
+    mean[k] = std::log(focal.focal_px[k]);
     prior[k] = std::log(focal.prior_focal_px[k]);
     prior_sigma[k] = focal.prior_log_sigma[k];
   }
@@ -51,22 +49,49 @@ std::optional<Say> SayOf(const FocalEstimate& focal, const std::array<int, 2>& c
   covariance(0, 1) = covariance(1, 0) = correlation * sigma[0] * sigma[1];
   Eigen::Matrix2d of_prior = prior_sigma.cwiseAbs2().asDiagonal();
   if (focal.log_correlation == 1.0) of_prior(0, 1) = of_prior(1, 0) = correlation * prior_sigma[0] * prior_sigma[1];
-  const Eigen::Matrix2d prior_information = of_prior.inverse(),
-                        matches = PosteriorInformation<Eigen::Matrix2d>(covariance.inverse() - prior_information),
-                        posterior = matches + prior_information;
-  // The interval's ends are farther from the median than the posterior's, as its deviation is wider.
-  const Eigen::Vector2d narrower = posterior.inverse().diagonal().cwiseMax(0.0).cwiseSqrt().cwiseQuotient(sigma);
-  mean = median + narrower.cwiseProduct(mean - median);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(0.5 * (matches + matches.transpose()));
-  // A direction of which it says nothing has next to no information.
+  const Eigen::Matrix2d prior_information = of_prior.inverse(), matches = covariance.inverse() - prior_information;
+  // A direction of which it says nothing has next to no information, and no mean of its own.
   constexpr double kLeastInformation = 1e-2;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(0.5 * (matches + matches.transpose()));
   if (!(solver.eigenvalues()[1] > kLeastInformation)) return std::nullopt;
-  const Eigen::Matrix2d information = solver.eigenvectors() *
-                                      solver.eigenvalues().cwiseMax(kLeastInformation).asDiagonal() *
-                                      solver.eigenvectors().transpose();
-  Say say{cameras, Eigen::Vector2d::Zero(), information.inverse()};
-  say.mean = say.covariance * (posterior * mean - prior_information * prior);
-  return say;
+  // The prior has pulled the median by less than the interval, which is wider than the posterior, lets it look.
+  const Eigen::Vector2d pull =
+      solver.eigenvectors().transpose() * prior_information * (mean - prior) / (kIntervalFactor * kIntervalFactor);
+  Eigen::Vector2d variances, pulled = Eigen::Vector2d::Zero();
+  for (int k = 0; k < 2; ++k) {
+    const double information = solver.eigenvalues()[k];
+    variances[k] = 1.0 / std::max(information, kLeastInformation);
+    if (information > kLeastInformation) pulled[k] = pull[k] / information;
+  }
+  return Say{cameras, mean + solver.eigenvectors() * pulled,
+             solver.eigenvectors() * variances.asDiagonal() * solver.eigenvectors().transpose()};
+}
+
+/// Whether two images are of one camera: log of the odds that the ratio of their lengths gives, of lengths that are
+/// equal or that of two zooms. A pair may be wrong.
+double LogOddsOfOne(const Say& say) {
+  constexpr double kZoom = 0.3, kSame = 0.03, kWrong = 0.3, kAnything = 1.0;
+  const double difference = say.mean[0] - say.mean[1];
+  const double variance = say.covariance(0, 0) + say.covariance(1, 1) - 2.0 * say.covariance(0, 1);
+  const auto density = [&](double more) {
+    const double all = variance + more * more;
+    return std::exp(-0.5 * difference * difference / all) / std::sqrt(all);
+  };
+  const double wrong = kWrong * density(kAnything);
+  return std::log(((1.0 - kWrong) * density(kSame) + wrong) / ((1.0 - kWrong) * density(kZoom) + wrong));
+}
+
+/// What pairs say of their cameras, of those that may say something.
+template <class CamerasOf>
+std::vector<Say> SaysOf(const std::vector<std::array<int, 2>>& images, const std::vector<Estimate>& estimates,
+                        const CamerasOf& cameras_of) {
+  std::vector<Say> says;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const Estimate& estimate = estimates[i];
+    if (!estimate.focal || estimate.MayBeChance() || IsUndetermined(estimate.translation)) continue;
+    if (const auto say = SayOf(*estimate.focal, cameras_of(images[i]))) says.push_back(*say);
+  }
+  return says;
 }
 
 /// All cameras' log f together.
@@ -144,7 +169,7 @@ bool PhotographCameras::IsOne() const {
 PhotographCameras CamerasOfPhotographs(const std::vector<SourceImage>& images, const std::vector<ImageSize>& sizes,
                                        bool same) {
   PhotographCameras cameras;
-  std::map<std::string, int> known;
+  std::map<std::string, int> known, alike;
   int count = 0;
   for (std::size_t i = 0; i < images.size(); ++i) {
     std::string name = same ? "" : ExifCamera(images[i].path);
@@ -156,36 +181,70 @@ PhotographCameras CamerasOfPhotographs(const std::vector<SourceImage>& images, c
     cameras.camera.push_back(is_new ? count++ : found->second);
     cameras.hints.push_back(sizes.empty() ? CameraHint{} : ExifHint(images[i].path, sizes[i]));
     cameras.from.push_back(cameras.hints.back().focal ? FocalSource::kExif : FocalSource::kPrior);
+    const bool open = !is_known && !sizes.empty() && !cameras.hints.back().focal;
+    cameras.alike.push_back(open ? alike.try_emplace(name, std::ssize(alike)).first->second : -1);
   }
   return cameras;
 }
 
+void JoinCameras(const std::vector<std::array<int, 2>>& images, const std::vector<Estimate>& estimates,
+                 PhotographCameras* cameras) {
+  // Most photographs of one size that are together are of one camera: 7 of 10, say.
+  const double before = std::log(0.7 / 0.3);
+  std::vector<int>& camera = cameras->camera;
+  const auto says = SaysOf(images, estimates, [](const std::array<int, 2>& pair) { return pair; });
+  while (true) {
+    struct Odds {
+      double sum = 0.0;
+      int count = 0;
+    };
+    std::map<std::pair<int, int>, Odds> between;
+    for (const Say& say : says) {
+      const auto [i, j] = say.cameras;
+      if (camera[i] == camera[j] || cameras->alike[i] < 0 || cameras->alike[i] != cameras->alike[j]) continue;
+      Odds& odds = between[std::minmax(camera[i], camera[j])];
+      odds.sum += LogOddsOfOne(say);
+      ++odds.count;
+    }
+    std::erase_if(between, [&](const auto& of) { return !(of.second.sum + before > 0.0); });
+    if (between.empty()) return;
+    const auto& [joined, odds] = *std::max_element(between.begin(), between.end(), [](const auto& a, const auto& b) {
+      return a.second.sum / a.second.count < b.second.sum / b.second.count;
+    });
+    std::replace(camera.begin(), camera.end(), int{joined.second}, int{joined.first});
+  }
+}
+
 void PoolFocals(const std::vector<std::array<int, 2>>& images, const std::vector<Estimate>& estimates,
                 PhotographCameras* cameras) {
-  std::vector<Say> says;
-  std::map<int, FocalPrior> priors;
-  std::set<int> said;
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    const Estimate& estimate = estimates[i];
-    if (!estimate.focal) continue;
-    const std::array<int, 2> of = {cameras->camera[images[i][0]], cameras->camera[images[i][1]]};
-    for (int k = 0; k < 2; ++k)
-      priors.try_emplace(of[k], FocalPrior{estimate.focal->prior_focal_px[k], estimate.focal->prior_log_sigma[k]});
-    if (estimate.MayBeChance() || IsUndetermined(estimate.translation)) continue;
-    if (const auto say = SayOf(*estimate.focal, of)) {
-      says.push_back(*say);
-      said.insert(of.begin(), of.end());
-    }
-  }
+  const auto cameras_of = [&](const std::array<int, 2>& pair) {
+    return std::array<int, 2>{cameras->camera[pair[0]], cameras->camera[pair[1]]};
+  };
+  const std::vector<Say> says = SaysOf(images, estimates, cameras_of);
   if (says.empty()) return;
+  std::map<int, FocalPrior> priors;
+  for (std::size_t i = 0; i < images.size(); ++i)
+    for (int k = 0; k < 2 && estimates[i].focal; ++k)
+      priors.try_emplace(cameras_of(images[i])[k],
+                         FocalPrior{estimates[i].focal->prior_focal_px[k], estimates[i].focal->prior_log_sigma[k]});
   std::vector<FocalPrior> by_camera(static_cast<std::size_t>(priors.rbegin()->first) + 1, FocalPrior{1.0, 1.0});
   for (const auto& [camera, prior] : priors) by_camera[static_cast<std::size_t>(camera)] = prior;
   const std::vector<FocalPrior> pooled = Pool(says, by_camera).Solve();
   for (std::size_t i = 0; i < cameras->camera.size(); ++i) {
-    if (!said.contains(cameras->camera[i])) continue;
-    cameras->hints[i].focal = pooled[static_cast<std::size_t>(cameras->camera[i])];
+    const auto camera = static_cast<std::size_t>(cameras->camera[i]);
+    // What all pairs leave open is as well left to each.
+    if (!priors.contains(cameras->camera[i]) || !(pooled[camera].log_sigma < kNarrower * by_camera[camera].log_sigma))
+      continue;
+    cameras->hints[i].focal = pooled[camera];
     cameras->from[i] = FocalSource::kPairs;
   }
+}
+
+bool PhotographCameras::AreDivided() const {
+  for (std::size_t i = 0; i < camera.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (alike[i] >= 0 && alike[i] == alike[j] && camera[i] != camera[j]) return true;
+  return false;
 }
 
 FocalSource SourceOfFocal(const Problem& problem, const std::optional<FocalEstimate>& focal, int image,

@@ -27,7 +27,9 @@ struct PhotographCameras {
   std::vector<int> camera;        ///< By image: which camera took it, from 0.
   std::vector<CameraHint> hints;  ///< By image.
   std::vector<FocalSource> from;  ///< By image: where its hint comes from.
+  std::vector<int> alike;         ///< By image: equal where EXIF data leave open whether one camera took them; or -1.
   bool IsOne() const;             ///< Whether one camera took all.
+  bool AreDivided() const;        ///< Whether images that are alike are of several cameras.
 };
 
 /// Which camera took each of the photographs: images are of one camera where EXIF data say the same maker, model, focal
@@ -36,10 +38,18 @@ struct PhotographCameras {
 PhotographCameras CamerasOfPhotographs(const std::vector<SourceImage>& images, const std::vector<ImageSize>& sizes,
                                        bool same);
 
+/// Makes one camera of those that the matches say have one focal length: images of one size, or of it turned by a
+/// quarter, of which EXIF data say nothing (PhotographCameras::alike). Two views know the ratio of their lengths far
+/// better than either: each pair of `estimates`, of two lengths, gives odds for one camera, and two groups of images
+/// are joined where those of all pairs between them, with what is likely before, are for it; the surest first.
+void JoinCameras(const std::vector<std::array<int, 2>>& images, const std::vector<Estimate>& estimates,
+                 PhotographCameras* cameras);
+
 /// Gives each camera the focal length that all pairs say together, as a prior about it. What a pair says beside its
 /// priors is normal, of both log f with their correlation: two views know the ratio of their lengths far better than
 /// either, so that those of all cameras are found together, by Student's t. Pairs are surer than they are right: their
-/// variances are multiplied until half of them agree. What may be chance, or has no translation, says nothing.
+/// variances are multiplied until half of them agree. What may be chance, or has no translation, says nothing. A length
+/// that all of them know hardly better than the prior stays unknown.
 void PoolFocals(const std::vector<std::array<int, 2>>& images, const std::vector<Estimate>& estimates,
                 PhotographCameras* cameras);
 

@@ -24,7 +24,6 @@
 #include "lab/eval/run_files.h"
 #include "lab/eval/runner.h"
 #include "lab/files/files.h"
-#include "lab/images/exif_focal.h"
 #include "lab/images/thumbnail.h"
 #include "lab/options/options.h"
 
@@ -57,6 +56,13 @@ std::string CameraColumns(const EstimatedPair& pair) {
   return text;
 }
 
+/// Whether the pair's matches, or those of all pairs, know each length better than the prior does.
+std::string ObservableColumns(const std::optional<FocalEstimate>& focal) {
+  std::string text;
+  for (int k = 0; k < 2; ++k) text += !focal ? "," : focal->observable[k] ? ",1" : ",0";
+  return text;
+}
+
 /// 68 % of what the focal lengths may be.
 std::string IntervalColumns(const std::optional<FocalEstimate>& focal) {
   std::string text;
@@ -68,13 +74,14 @@ std::string IntervalColumns(const std::optional<FocalEstimate>& focal) {
 std::string Milliseconds(double value) { return Format("%.3g", value); }
 
 /// Of COLMAP's camera of an image: as it was given; with the focal length that is known of it; or COLMAP's guess.
-ColmapCamera ColmapCameraOf(const SourceImage& image, const CameraHint& hint, const ImageSize& size) {
+/// `from`: where the hint comes from; lengths that were found are where COLMAP may start, not what it may rely on.
+ColmapCamera ColmapCameraOf(const SourceImage& image, const CameraHint& hint, FocalSource from, const ImageSize& size) {
   ColmapCamera colmap;
   colmap.size = size;
   const double middle_x = 0.5 * size.width, middle_y = 0.5 * size.height;
   if (!image.camera) {
     constexpr double kGuess = 1.2;
-    colmap.has_prior_focal_length = hint.focal && hint.focal->log_sigma <= kExifLogSigma;
+    colmap.has_prior_focal_length = hint.focal && from == FocalSource::kExif;
     colmap.model = ColmapModelNumber("SIMPLE_RADIAL").value();
     colmap.parameters = {hint.focal ? hint.focal->focal : kGuess * std::max(size.width, size.height), middle_x,
                          middle_y, 0.0};
@@ -132,7 +139,7 @@ NewColmapDatabase DatabaseOf(const Photographs& photographs, const FeatureStore&
     if (!paired.contains(image.name)) continue;
     const ImageSize size = store.SizeOf(static_cast<int>(i));
     const ImageFeatures features = store.Load(static_cast<int>(i));
-    const ColmapCamera camera = ColmapCameraOf(image, cameras.hints[i], size);
+    const ColmapCamera camera = ColmapCameraOf(image, cameras.hints[i], cameras.from[i], size);
     std::size_t number = database.cameras.size();
     if (image.camera)
       number = shared.try_emplace({camera.model, size.width, size.height, camera.parameters}, number).first->second;
@@ -213,7 +220,16 @@ void WriteConfiguration(ExperimentOptions experiment, const std::string& scene, 
   RunDirectory(output, kPairProgram, WriteExperiment(experiment), experiment.seed);
 }
 
-bool IsSure(const EstimatedPair& pair) { return pair.estimate.status == Status::kOk && !pair.estimate.MayBeChance(); }
+/// Whether a focal length is what cameras in general have.
+bool IsGuess(const EstimatedPair& pair) {
+  return pair.estimate.focal &&
+         (pair.focal_from[0] == FocalSource::kPrior || pair.focal_from[1] == FocalSource::kPrior);
+}
+
+bool IsSure(const EstimatedPair& pair) {
+  return pair.estimate.status == Status::kOk && !pair.estimate.MayBeChance() && !IsGuess(pair) &&
+         !pair.estimate.focal_conflict;
+}
 
 /// The images of the pairs that sure ones join, largest group first; images of none are groups of their own.
 std::vector<std::vector<std::string>> JoinedImages(const std::vector<EstimatedPair>& pairs,
@@ -259,13 +275,14 @@ void SayGroups(const std::vector<EstimatedPair>& pairs, const std::map<std::stri
 
 void SayResults(const std::vector<EstimatedPair>& pairs, const std::map<std::string, std::string>& files,
                 const std::string& output, const std::string& scene, std::ostream& out) {
-  std::size_t models = 0, chance = 0;
-  for (const EstimatedPair& pair : pairs) {
-    if (pair.estimate.status == Status::kOk) (IsSure(pair) ? models : chance) += 1;
-  }
+  std::size_t models = 0, chance = 0, guessed = 0;
+  for (const EstimatedPair& pair : pairs)
+    if (pair.estimate.status == Status::kOk)
+      (IsSure(pair) ? models : pair.estimate.MayBeChance() ? chance : guessed) += 1;
   const std::string folder = (fs::path(output) / "").string();
   out << scene << ": " << pairs.size() << " pairs: " << models << " are sure, " << chance << " may be chance, "
-      << pairs.size() - models - chance << " have no model\n";
+      << (guessed > 0 ? std::to_string(guessed) + " rest on a guessed focal length, " : "")
+      << pairs.size() - models - chance - guessed << " have no model\n";
   SayGroups(pairs, files, out);
   if (chance > 0)
     out << "  pairs that may be chance: do not use their poses (may_be_chance in " << kPosesFile
@@ -323,7 +340,7 @@ std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const std::map<std
       "ms_matching,ms_estimate,m11,m12,m13,m21,m22,m23,m31,m32,m33,translation,focal1_source,focal2_source,other_qw,"
       "other_qx,"
       "other_qy,other_qz,other_tx,other_ty,other_tz,camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,"
-      "focal2_high_px\n";
+      "focal2_high_px,focal1_observable,focal2_observable\n";
   for (const EstimatedPair& pair : pairs) {
     const EstimateRecord record = RecordOf(pair.example, pair.estimate);
     const Example& example = pair.example;
@@ -336,7 +353,7 @@ std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const std::map<std
     const bool has_matrix = record.model.size() > 0 && IsTwoView(example.problem.task);
     for (Eigen::Index i = 0; i < 9; ++i) text += "," + (has_matrix ? NumberText(record.model[i]) : "");
     text += "," + ToString(record.translation) + SourceColumns(pair) + PoseColumns(record.other_pose) +
-            CameraColumns(pair) + IntervalColumns(record.focal) + "\n";
+            CameraColumns(pair) + IntervalColumns(record.focal) + ObservableColumns(record.focal) + "\n";
   }
   return text;
 }

@@ -21,7 +21,8 @@ inline constexpr const char* kPairProgram = "diffsac_pair";
 /// with R as a unit quaternion, qw >= 0, and |t| = 1; the focal lengths that were given or found, and where they come
 /// from (FocalSource); the model row by row (docs/estimates.md); the other motion of a plane that has two; then
 /// camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,focal2_high_px: which camera took each image where no
-/// calibration is given, and 68 % of what the focal lengths may be. Unknown values are empty.
+/// calibration is given, and 68 % of what the focal lengths may be; focal1_observable,focal2_observable: whether the
+/// matches know them better than the prior does. Unknown values are empty.
 /// files: of the images' names; a pair without them has its own name in the first column.
 std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const std::map<std::string, std::string>& files,
                      const std::string& method, std::uint64_t seed);

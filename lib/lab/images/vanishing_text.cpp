@@ -121,7 +121,7 @@ Json ImageJson(const VanishingImage& found) {
           {"K_from", CameraSource(found)},
           {"focal", FocalJson(estimate.focal)},
           {"horizon", HorizonJson(estimate)},
-          {"ms", {{"segments", found.ms_segments}, {"estimate", estimate.cost.ms_total}}}};
+          {"ms", {{"segments", found.ms_segments}, {"estimate", estimate.stats.ms_total}}}};
 }
 
 }  // namespace
@@ -154,7 +154,7 @@ std::string VanishingText(const VanishingImage& found) {
   std::string text = found.image.name + Format(": %d x %d pixels, %d segments\n", size.width, size.height,
                                                static_cast<int>(found.image.segments.rows()));
   const std::string times =
-      Format("milliseconds: segments %.3g, estimate %.3g\n", found.ms_segments, estimate.cost.ms_total);
+      Format("milliseconds: segments %.3g, estimate %.3g\n", found.ms_segments, estimate.stats.ms_total);
   if (!estimate.ok()) return text + "no vanishing points: " + std::string(ToString(estimate.status)) + "\n" + times;
   const std::vector<int> counts = SegmentCounts(estimate);
   const char* order = estimate.values.empty() ? "that of most length" : "the surest";

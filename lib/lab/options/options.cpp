@@ -61,8 +61,9 @@ void BindNumbers(Impl& impl, const char* key, std::vector<Number>& value, const 
 void ParseChoice(const Impl& impl, const Path& path, const ConfigTree& tree, const Path& choices, std::string& value) {
   std::string parsed;
   const bool is_word = ParseValue(tree, parsed);
-  const bool known = is_word && std::find(choices.begin(), choices.end(), parsed) != choices.end();
-  if (!known)
+  const auto is_choice = [&] { return std::find(choices.begin(), choices.end(), parsed) != choices.end(); };
+  if (is_word && !is_choice()) parsed = CurrentName(parsed);
+  if (!is_word || !is_choice())
     impl.Fail(path, tree, ExpectedText(choices),
               is_word ? "; did you mean '" + NearestWord(parsed, choices) + "'?" : "");
   value = parsed;
@@ -295,7 +296,7 @@ std::vector<std::string> OptionsBinder::StartRest(const std::vector<std::string>
   Path rest;
   if (impl_->map == nullptr) return rest;
   for (const ConfigEntry& entry : impl_->map->entries)
-    if (std::find(impl_->keys.begin(), impl_->keys.end(), entry.key) == impl_->keys.end()) rest.push_back(entry.key);
+    if (!impl_->IsBound(entry.key)) rest.push_back(entry.key);
   return rest;
 }
 

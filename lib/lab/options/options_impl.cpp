@@ -49,10 +49,18 @@ void OptionsBinder::Impl::Fail(const Path& full, const ConfigTree& got, const st
   throw Error(WhereText(*document, full) + ": expected " + expected + (shown ? "" : ", got " + GotText(got)) + hint);
 }
 
+bool OptionsBinder::Impl::IsBound(const std::string& key) const {
+  const auto bound = [this](const std::string& name) {
+    return std::find(keys.begin(), keys.end(), name) != keys.end();
+  };
+  const std::string current = CurrentName(key);
+  return bound(key) || (bound(current) && map->Find(current) == nullptr);
+}
+
 void OptionsBinder::Impl::CheckKeys() const {
   if (map == nullptr || stored) return;
   for (const ConfigEntry& entry : map->entries) {
-    if (std::find(keys.begin(), keys.end(), entry.key) != keys.end()) continue;
+    if (IsBound(entry.key)) continue;
     const std::string start = PlaceText(entry.value.place);
     const std::string nearest = NearestWord(entry.key, keys);
     Path full = document->prefix;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/core/former_names.h"
 #include "lab/options/config_tree.h"
 #include "lab/options/options.h"
 
@@ -34,8 +35,12 @@ struct OptionsBinder::Impl {
 
   bool reading() const { return mode == Mode::kRead; }
   const ConfigTree* Find(const std::string& key) const {
-    return reading() && map != nullptr ? map->Find(key) : nullptr;
+    if (!reading() || map == nullptr) return nullptr;
+    const ConfigTree* given = map->Find(key);
+    return given != nullptr ? given : map->Find(FormerName(key));
   }
+  /// Whether a key of the map that is read is one of `keys`, by its former name if the current one is not given.
+  bool IsBound(const std::string& key) const;
   Path PathOf(const std::string& key) const {
     Path full = path;
     full.push_back(key);

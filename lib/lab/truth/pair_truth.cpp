@@ -71,7 +71,7 @@ void HideCalibration(Example* pair) {
 
 void SetTask(Task task, double inlier_threshold_px, Example* pair) {
   pair->problem.task = task;
-  pair->problem.inlier_threshold = inlier_threshold_px;
+  SetThreshold(inlier_threshold_px, &pair->problem);
   HideCalibration(pair);
   pair->truth.model = TrueModel(pair->problem, pair->truth);
   pair->truth.pose.reset();

@@ -31,7 +31,7 @@ void PrintEstimate(const std::string& name, const Estimate& estimate) {
   Print(name + ".inliers", estimate.inliers);
   Print(name + ".inlier_probabilities", estimate.inlier_probabilities);
   Print(name + ".numbers",
-        std::vector<double>{estimate.inlier_threshold, estimate.noise_scale, estimate.log_false_alarms});
+        std::vector<double>{estimate.inlier_threshold, estimate.sigma, estimate.diagnostics.log10_nfa});
 }
 
 template <class Estimate>
@@ -42,7 +42,7 @@ void PrintPose(const std::string& name, const Estimate& estimate) {
 }
 
 template <class Model>
-void PrintSeveral(const std::string& name, const ModelsEstimate<Model>& estimate) {
+void PrintSeveral(const std::string& name, const MultiModelEstimate<Model>& estimate) {
   for (const Model& model : estimate.models) PrintModel(name + ".models", model);
   Print(name + ".assignment", estimate.assignment);
 }
@@ -57,7 +57,7 @@ int main() {
   const Matches matches{rows.middleCols<2>(3), rows.middleCols<2>(5), rows.col(7)};
   Matches sized = matches;
   sized.size1 = sized.size2 = {640, 480};
-  const ScenePoints scene{rows.leftCols<3>(), rows.middleCols<2>(5), rows.col(7)};
+  const Matches2D3D scene{rows.leftCols<3>(), rows.middleCols<2>(5), rows.col(7)};
   PrintPose("essential", EstimateEssential(matches, {K, K}));
   PrintEstimate("fundamental", EstimateFundamental(matches));
   PrintEstimate("homography", EstimateHomography(matches));
@@ -71,14 +71,14 @@ int main() {
   const auto two = EstimateTwoFocals(sized);
   PrintEstimate("two_focals", two);
   Print("two_focals.focal", two.focal.value().focal_px);
-  PrintEstimate("line", EstimateLine(rows.middleCols<2>(5), PointOptions(9.0)));
-  PrintEstimate("plane", EstimatePlane(rows.leftCols<3>(), PointOptions(0.3)));
-  PrintSeveral("essentials", EstimateEssentials(matches, {K, K}));
-  PrintSeveral("fundamentals", EstimateFundamentals(matches));
-  PrintSeveral("homographies", EstimateHomographies(matches));
-  PrintSeveral("absolute_poses", EstimateAbsolutePoses(scene, K));
-  PrintSeveral("lines", EstimateLines(rows.middleCols<2>(5), PointOptions(9.0)));
-  PrintSeveral("planes", EstimatePlanes(rows.leftCols<3>(), PointOptions(0.3)));
+  PrintEstimate("line", EstimateLine(rows.middleCols<2>(5), {.max_residual = 9.0}));
+  PrintEstimate("plane", EstimatePlane(rows.leftCols<3>(), {.max_residual = 0.3}));
+  PrintSeveral("essentials", EstimateMultipleEssentials(matches, {K, K}));
+  PrintSeveral("fundamentals", EstimateMultipleFundamentals(matches));
+  PrintSeveral("homographies", EstimateMultipleHomographies(matches));
+  PrintSeveral("absolute_poses", EstimateMultipleAbsolutePoses(scene, K));
+  PrintSeveral("lines", EstimateMultipleLines(rows.middleCols<2>(5), {.max_residual = 9.0}));
+  PrintSeveral("planes", EstimateMultiplePlanes(rows.leftCols<3>(), {.max_residual = 0.3}));
   VanishingPointOptions options;
   options.K = K;
   const auto vanishing = EstimateVanishingPoints(rows.middleCols<4>(3), options);

@@ -11,10 +11,12 @@ int main(int, char** argv) {
   for (double x; std::cin >> x;) v.push_back(x);
   const Eigen::Map<const Eigen::Matrix<double, -1, 7, Eigen::RowMajor>> rows(v.data(), v.size() / 7, 7);
   const Eigen::Matrix3d K{{focal, 0, cx}, {0, focal, cy}, {0, 0, 1}};
-  diffsac::Matches matches{rows.leftCols<2>(), rows.middleCols<2>(2), rows.col(4)};
-  matches.similarities = rows.rightCols<2>();
+  const diffsac::Matches matches{.points1 = rows.leftCols<2>(),
+                                 .points2 = rows.middleCols<2>(2),
+                                 .snn_ratio = rows.col(4),
+                                 .scale_rotation_changes = rows.rightCols<2>()};
   const auto estimate = diffsac::EstimateEssential(matches, {K, K});
-  if (!estimate.ok() || !estimate.pose) return 1;
+  if (estimate.verdict != diffsac::Verdict::kReliable) return 1;
   std::cout.precision(12);
   std::cout << estimate.num_inliers << " inliers\n" << estimate.pose->rotation << "\n" << estimate.model << "\n";
 }

@@ -45,7 +45,7 @@ std::string TextOf(const PointMatrix& rows) {
 
 struct Files {
   TemporaryFolder folder;
-  CloudMatches Read(const std::string& text) const {
+  Matches3D3D Read(const std::string& text) const {
     WriteFileAtomically(folder.File("m.csv"), text);
     return ReadCloudMatches(folder.File("m.csv"));
   }
@@ -60,38 +60,38 @@ TEST_CASE("matches in a file give the motion, and with a scale the similarity, w
     REQUIRE(found.estimate.ok());
     CHECK(found.matches == 200);
     CHECK(found.estimate.num_inliers >= 95);
-    CHECK_FALSE(found.estimate.may_be_chance());
-    CHECK(RotationAngleDegrees(found.estimate.motion.rotation, Turn()) < 0.1);
-    CHECK((found.estimate.motion.translation - kTranslation).norm() < 0.02);
+    CHECK(found.estimate.verdict == Verdict::kReliable);
+    CHECK(RotationAngleDegrees(found.estimate.pose->rotation, Turn()) < 0.1);
+    CHECK((found.estimate.pose->translation - kTranslation).norm() < 0.02);
     CHECK(found.scale == Approx(scale).epsilon(1e-3));
     const auto json = nlohmann::json::parse(MatchedJson("m.csv", found));
     CHECK(json["covariance"].size() == (task == Task::kRigid ? 6 : 7));
     CHECK(json["inlier_rows"].size() == static_cast<std::size_t>(found.estimate.num_inliers));
     CHECK(json["posteriors"].size() == 200);
     CHECK(json.contains("scale") == (task == Task::kSimilarity));
-    CHECK(MotionText(found, found.estimate.motion).find(task == Task::kRigid ? "rigid motion: " : "similarity: ") !=
+    CHECK(MotionText(found, *found.estimate.pose).find(task == Task::kRigid ? "rigid motion: " : "similarity: ") !=
           std::string::npos);
   }
 }
 
 TEST_CASE("the covariance told is of the t told") {
   const Eigen::Vector3d far(331250.0, 5712480.0, 105.0);
-  const auto matches = [](const PointMatrix& rows) { return CloudMatches{rows.leftCols(3), rows.rightCols(3)}; };
+  const auto matches = [](const PointMatrix& rows) { return Matches3D3D{rows.leftCols(3), rows.rightCols(3)}; };
   for (const auto& [task, scale] : {std::pair(Task::kRigid, 1.0), std::pair(Task::kSimilarity, 2.5)}) {
     PointMatrix rows = Rows(scale);
-    const MatchedMotion near = EstimateMatched(task, matches(rows), CloudOptions(0.05));
+    const MatchedMotion near = EstimateMatched(task, matches(rows), RegistrationOptions{.max_residual = 0.05});
     rows.leftCols(3).rowwise() += far.transpose();
-    const MatchedMotion there = EstimateMatched(task, matches(rows), CloudOptions(0.05));
-    const RigidMotion& motion = there.estimate.motion;
+    const MatchedMotion there = EstimateMatched(task, matches(rows), RegistrationOptions{.max_residual = 0.05});
+    const RigidMotion& motion = *there.estimate.pose;
     // As of scans: estimated about a middle, told between the files' frames.
-    const auto about = SpreadOf(near, motion, far), of_near = SpreadOf(near, near.estimate.motion),
+    const auto about = SpreadOf(near, motion, far), of_near = SpreadOf(near, *near.estimate.pose),
                of_far = SpreadOf(there, motion);
     REQUIRE((about && of_near && of_far));
     const auto same = [](const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
       return (a - b).norm() < 0.01 * b.norm();
     };
-    CHECK(of_near->of_t == *near.estimate.covariance);
-    CHECK(of_far->of_t == *there.estimate.covariance);
+    CHECK(of_near->of_t == *near.estimate.pose_covariance);
+    CHECK(of_far->of_t == *there.estimate.pose_covariance);
     CHECK(same(about->of_t, of_far->of_t));
     CHECK(same(about->of_middle, of_near->of_middle));
     CHECK(same(of_far->of_middle, of_near->of_middle));
@@ -113,15 +113,15 @@ TEST_CASE("the covariance told is of the t told") {
 
 TEST_CASE("columns of matches are found by their names, and scores are none of the ratios") {
   const Files files;
-  const CloudMatches plain = files.Read("1 2 3 4 5 6 0.5\n7 8 9 10 11 nan 1\n");
-  CHECK(plain.points1.row(1) == Eigen::RowVector3d(7.0, 8.0, 9.0));
-  CHECK(plain.match_ratios == Eigen::Vector2d(0.5, 1.0));
-  CHECK(plain.scores.size() == 0);
-  const CloudMatches named = files.Read("score,x2,y2,z2,id,z1,y1,x1\n0.25,4,5,6,0,3,2,1\n");
-  CHECK(named.points1.row(0) == Eigen::RowVector3d(1.0, 2.0, 3.0));
-  CHECK(named.points2.row(0) == Eigen::RowVector3d(4.0, 5.0, 6.0));
-  CHECK(named.scores == Eigen::VectorXd::Constant(1, 0.25));
-  CHECK(named.match_ratios.size() == 0);
+  const Matches3D3D plain = files.Read("1 2 3 4 5 6 0.5\n7 8 9 10 11 nan 1\n");
+  CHECK(plain.points1.matrix().row(1) == Eigen::RowVector3d(7.0, 8.0, 9.0));
+  CHECK(plain.snn_ratio.matrix() == Eigen::Vector2d(0.5, 1.0));
+  CHECK(plain.scores.empty());
+  const Matches3D3D named = files.Read("score,x2,y2,z2,id,z1,y1,x1\n0.25,4,5,6,0,3,2,1\n");
+  CHECK(named.points1.matrix().row(0) == Eigen::RowVector3d(1.0, 2.0, 3.0));
+  CHECK(named.points2.matrix().row(0) == Eigen::RowVector3d(4.0, 5.0, 6.0));
+  CHECK(named.scores.matrix() == Eigen::VectorXd::Constant(1, 0.25));
+  CHECK(named.snn_ratio.empty());
 }
 
 TEST_CASE("matches without a motion have a status, and files that hold none name the line") {
@@ -142,7 +142,7 @@ TEST_CASE("matches without a motion have a status, and files that hold none name
     CHECK(status(line) == Status::kDegenerate);
     CHECK(status(PointMatrix::Ones(50, 6)) == Status::kDegenerate);
     const MatchedMotion three = EstimateMatched(task, files.Read(TextOf(rows.topRows(3))), {});
-    CHECK((!three.estimate.ok() || three.estimate.may_be_chance()));
+    CHECK((!three.estimate.ok() || three.estimate.verdict == Verdict::kUnsupported));
   }
   CHECK(nlohmann::json::parse(MatchedJson("m", EstimateMatched(Task::kRigid, {}, {})))["status"] == "too_few_points");
   for (const auto& [text, message] :
@@ -157,14 +157,14 @@ TEST_CASE("matches without a motion have a status, and files that hold none name
 TEST_CASE("several motions in a file are told with the matches of each") {
   PointMatrix rows = Rows(1.0);
   for (Eigen::Index i = 100; i < 180; ++i) rows.row(i).tail(3) = rows.row(i).head(3).reverse() * -1.0;
-  const CloudMatches matches = Files().Read(TextOf(rows));
-  const auto found = EstimateRigidMotions(matches);
+  const Matches3D3D matches = Files().Read(TextOf(rows));
+  const auto found = EstimateMultipleRigidMotions(matches);
   REQUIRE(found.models.size() == 2);
   const auto json = nlohmann::json::parse(MotionsJson("m.csv", found));
   CHECK(json["motions"].size() == 2);
   CHECK(json["assignment"].size() == 200);
   CHECK(MotionsText(found).find("rigid motion 2: 80 matches") != std::string::npos);
-  const auto none = EstimateRigidMotions({});
+  const auto none = EstimateMultipleRigidMotions({});
   CHECK(MotionsText(none).find("no motion: ") != std::string::npos);
 }
 

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
 #include <opencv2/core.hpp>
 
 #include "core/temporary_folder.h"
@@ -52,6 +53,41 @@ Estimate Saying(double said1, double said2, Rng& rng) {
   return estimate;
 }
 
+/// All of one size, of which EXIF data say nothing.
+PhotographCameras UnknownCameras(int images) {
+  PhotographCameras cameras;
+  for (int i = 0; i < images; ++i) cameras.camera.push_back(i);
+  cameras.hints.resize(static_cast<std::size_t>(images));
+  cameras.from.assign(static_cast<std::size_t>(images), FocalSource::kPrior);
+  cameras.alike.assign(static_cast<std::size_t>(images), 0);
+  return cameras;
+}
+
+/// Pairs of six images whose lengths are `focal` of each image: two views know the ratio far better than the lengths.
+PhotographCameras Joined(const std::function<double(int)>& focal, PhotographCameras cameras) {
+  Rng rng(5);
+  std::vector<std::array<int, 2>> pairs;
+  std::vector<Estimate> estimates;
+  for (int i = 0; i < 6; ++i)
+    for (int j = i + 1; j < 6; ++j) {
+      pairs.push_back({i, j});
+      const double common = std::exp(0.2 * rng.Normal()), off = std::exp(0.03 * rng.Normal());
+      Estimate estimate = Saying(1000.0, 1000.0, rng);
+      FocalEstimate& said = *estimate.focal;
+      said.log_correlation = 0.98;
+      for (int k = 0; k < 2; ++k) {
+        // One of the pairs is wrong.
+        said.focal_px[k] =
+            common * (pairs.size() == 4 ? 400.0 + 800.0 * k : focal(pairs.back()[k]) * (k == 0 ? 1.0 : off));
+        said.low_px[k] = said.focal_px[k] * std::exp(-0.2);
+        said.high_px[k] = said.focal_px[k] * std::exp(0.2);
+      }
+      estimates.push_back(estimate);
+    }
+  JoinCameras(pairs, estimates, &cameras);
+  return cameras;
+}
+
 PhotographCameras TwoCameras(int images) {
   PhotographCameras cameras;
   for (int i = 0; i < images; ++i) cameras.camera.push_back(i % 2);
@@ -97,11 +133,42 @@ TEST_CASE("many pairs know a camera's focal length better than one, some of them
       CAPTURE(trial, i);
       const FocalPrior pooled = cameras.hints[i].focal.value();
       CHECK(pooled.focal == Approx(i % 2 == 0 ? 1000.0 : 700.0).epsilon(0.09));
-      CHECK(pooled.log_sigma < 0.06);
+      CHECK(pooled.log_sigma < 0.07);
       CHECK(cameras.from[i] == FocalSource::kPairs);
       CHECK(pooled.focal == cameras.hints[i % 2].focal->focal);
     }
   }
+}
+
+TEST_CASE("images of one size and length have one camera") {
+  const auto same = [](int) { return 1000.0; };
+  const PhotographCameras one = Joined(same, UnknownCameras(6));
+  CHECK(one.IsOne());
+  CHECK_FALSE(one.AreDivided());
+  PhotographCameras known = UnknownCameras(6);
+  known.alike[2] = -1;  // EXIF data tell its camera.
+  known.alike[3] = 1;   // Of another size.
+  CHECK(Joined(same, known).camera == std::vector<int>{0, 0, 2, 3, 0, 0});
+}
+
+TEST_CASE("images of one size and two lengths have two cameras") {
+  const auto zoomed = [](int image) { return image % 2 == 0 ? 1000.0 : 1400.0; };
+  const PhotographCameras two = Joined(zoomed, UnknownCameras(6));
+  CHECK(two.camera == std::vector<int>{0, 1, 0, 1, 0, 1});
+  CHECK(two.AreDivided());
+}
+
+TEST_CASE("lengths that no pair knows well stay unknown") {
+  Rng rng(6);
+  Estimate vague = Saying(1000.0, 1000.0, rng);
+  for (int k = 0; k < 2; ++k) {
+    vague.focal->low_px[k] = 1000.0 * std::exp(-0.4);
+    vague.focal->high_px[k] = 1000.0 * std::exp(0.4);
+  }
+  PhotographCameras cameras = TwoCameras(2);
+  PoolFocals({{0, 1}}, {vague}, &cameras);
+  CHECK_FALSE(cameras.hints[0].focal);
+  CHECK(cameras.from[0] == FocalSource::kPrior);
 }
 
 TEST_CASE("what may be chance, does not move or knows no more than the prior says nothing of a camera") {

@@ -104,6 +104,29 @@ Options Read(const std::string& yaml) {
 
 }  // namespace
 
+/// Options of 0.3 whose keys, and a value of which, had other names in 0.2.
+struct RenamedOptions {
+  int finalists = 0, starts = 0;
+  std::string score = "msac";
+  void Bind(OptionsBinder& b) {
+    b.Field("num_finalists", finalists, AtLeast(0)).OnlyIf(starts > 0 || finalists > 0, "something else");
+    b.Field("lo_starts", starts);
+    b.Choice("score", score, {"msac", "mlesac"});
+  }
+};
+
+TEST_CASE("Former names are read and current ones written") {
+  const auto read = [](const char* yaml) { return ReadOptions<RenamedOptions>(ConfigFromYaml(yaml, "f.yaml")); };
+  const RenamedOptions options = read("{refine_finalists: 3, basins: 2, score: gaussian_uniform}");
+  CHECK(options.finalists == 3);
+  CHECK(options.starts == 2);
+  CHECK(options.score == "mlesac");
+  CHECK(WriteYaml(options) == WriteYaml(read("{num_finalists: 3, lo_starts: 2, score: mlesac}")));
+  CHECK_THROWS_WITH(read("{num_finalists: 3, refine_finalists: 4}"), Contains("unknown key 'refine_finalists'"));
+  CHECK_THROWS_WITH(read("{refine_finalists: -1}"), Contains("num_finalists: expected an integer of at least 0"));
+  CHECK_THROWS_WITH(read("{score: energy}"), Contains("expected one of msac, mlesac"));
+}
+
 TEST_CASE("An enum is bound by the names in its table") {
   const auto options = Read<NoiseOptions>("noise: uniform\nother: gaussian\nall: [none, uniform]\n");
   CHECK(options.noise == Noise::kUniform);

@@ -44,7 +44,8 @@ class FinalRefiner {
     const auto best = std::max_element(candidates.begin(), candidates.end(),
                                        [](const auto& a, const auto& b) { return a.score < b.score; });
     if (best == candidates.end()) return std::nullopt;
-    if (options_.refit == Refit::kMixture && options_.sigma_prior > 0.0) return WithSigmaEstimated(*best, fits);
+    if constexpr (!HasUsualPolicies<Model>)
+      if (options_.refit == Refit::kMixture && options_.sigma_prior > 0.0) return WithSigmaEstimated(*best, fits);
     return *best;
   }
 
@@ -205,21 +206,12 @@ class FinalRefiner {
 
   /// rounds: of kIterated. With its final score.
   ScoredModel<Model> Refitted(const Parameters& start, int rounds, int* fits) const {
+    if (options_.refit == Refit::kIterated) return Iterated(start, rounds, fits);
     Parameters model = start;
-    switch (options_.refit) {
-      case Refit::kInliers:
-        model = FittedToInliers(start, fits);
-        break;
-      case Refit::kIterated:
-        return Iterated(start, rounds, fits);
-      case Refit::kMixture:
-        model = FittedToMixture(start, fits);
-        break;
-      case Refit::kReweighted:
-        model = Reweighted(start, fits);
-        break;
-      case Refit::kNone:
-        break;
+    if constexpr (!HasUsualPolicies<Model>) {
+      if (options_.refit == Refit::kInliers) model = FittedToInliers(start, fits);
+      if (options_.refit == Refit::kMixture) model = FittedToMixture(start, fits);
+      if (options_.refit == Refit::kReweighted) model = Reweighted(start, fits);
     }
     return {model, ScoreOf(model)};
   }

@@ -159,9 +159,14 @@ class LocalOptimizer {
     if (!active()) return start;
     const double threshold = scales_.ThresholdFor(scorer_, start.model, scales_.score_threshold);
     const Rng rng = rng_.Fork("local_optimization", runs_++);
+    if (options_.local_optimization == LocalOptimization::kInnerSamples)
+      return OptimizeByInnerSamples<Model>(scorer_, score_, threshold, options_.local_samples, start, rng, fits);
+    if constexpr (!HasUsualPolicies<Model>) return OptimizeOtherwise(start, threshold, rng, fits);
+    return start;
+  }
+
+  ScoredModel<Model> OptimizeOtherwise(const ScoredModel<Model>& start, double threshold, const Rng& rng, int* fits) {
     switch (options_.local_optimization) {
-      case LocalOptimization::kInnerSamples:
-        return OptimizeByInnerSamples<Model>(scorer_, score_, threshold, options_.local_samples, start, rng, fits);
       case LocalOptimization::kReweighted:
         return OptimizeReweighted<Model>(scorer_, score_, MagsacLoss(threshold, scales_.residual_dof),
                                          options_.irls_rounds, start, fits);
@@ -174,6 +179,7 @@ class LocalOptimizer {
         const double score = scorer_(model, score_, start.score);
         return score > start.score ? ScoredModel<Model>{model, score} : start;
       }
+      case LocalOptimization::kInnerSamples:
       case LocalOptimization::kNone:
         break;
     }

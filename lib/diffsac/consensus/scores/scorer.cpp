@@ -20,6 +20,13 @@ void MixFirst(int count, int size, Rng* rng, int* rows) {
 
 }  // namespace
 
+ScorePrior ScorePrior::Of(const std::vector<int>& rows) const {
+  ScorePrior some{{}, cameras, {}, turn_weight};
+  if (weights.size() > 0) some.weights = weights(rows);
+  if (turns.rows() > 0) some.turns = turns(rows, Eigen::all);
+  return some;
+}
+
 RowsByWeight SortByWeight(int size, const Eigen::VectorXd& weights) {
   RowsByWeight result;
   std::array<int, kClasses + 1> place{};

@@ -23,12 +23,7 @@ struct ScorePrior {
   double turn_weight = 1.0;  ///< Of points that turn otherwise, within [0, 1].
 
   /// For these points alone.
-  ScorePrior Of(const std::vector<int>& rows) const {
-    ScorePrior some{{}, cameras, {}, turn_weight};
-    if (weights.size() > 0) some.weights = weights(rows);
-    if (turns.rows() > 0) some.turns = turns(rows, Eigen::all);
-    return some;
-  }
+  ScorePrior Of(const std::vector<int>& rows) const;
 };
 
 /// Models with quick lower bounds of their squared residuals, `Bounds` (geometry/square_bounds.h).
