@@ -54,7 +54,7 @@ Estimate FitStructures(const SolverSpace& space, const GroundTruth& truth) {
 }  // namespace
 
 Estimate OracleEstimate(const Problem& problem, const GroundTruth& truth) {
-  return TimedEstimate(problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+  return TimedEstimate(SolverSpace(problem), [&]<MinimalModel Model>(const SolverSpace& space) {
     return truth.structures.empty() ? FitTruth<Model>(space, truth) : FitStructures<Model>(space, truth);
   });
 }

@@ -97,7 +97,7 @@ Estimate RecordedRow::Of(const Example& example, const std::string& condition, s
     throw Error(options_.recording + ": row '" + options_.row + "' has no estimate of '" + id + "', condition '" +
                 condition + "', seed " + std::to_string(seed) + "; was it recorded for another choice of problems?");
   const Record& record = found->second;
-  Estimate estimate = TimedEstimate(example.problem, [&]<MinimalModel Model>(const SolverSpace& space) {
+  Estimate estimate = TimedEstimate(SolverSpace(example.problem), [&]<MinimalModel Model>(const SolverSpace& space) {
     Estimate accepted;
     if (record.model.size() == 0) return accepted;
     if (record.model.size() != Model::Parameters::SizeAtCompileTime)
