@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 
@@ -237,7 +238,30 @@ void WarnOfZoom(const Problem& problem) {
              " pixels, and shared_focal takes one for both images: --task two_focals takes both");
 }
 
-/// The same of a folder.
+std::ptrdiff_t InliersOf(const Estimate& estimate) {
+  return std::count(estimate.inliers.begin(), estimate.inliers.end(), 1);
+}
+
+/// Goes over to two focal lengths where EXIF data say one and two explain many more matches: a digital zoom.
+void TryTwoFocals(const std::function<Estimate(const Problem&)>& search, double threshold_px, Example* pair,
+                  Estimate* estimate) {
+  constexpr double kManyMore = 1.25;
+  constexpr std::ptrdiff_t kLeastMore = 10;
+  Example of_two = *pair;
+  SetTask(Task::kTwoFocals, threshold_px, &of_two);
+  Estimate two = search(of_two.problem);
+  const auto one = InliersOf(*estimate), more = InliersOf(two) - one;
+  if (two.status != Status::kOk || more < kLeastMore ||
+      static_cast<double>(more) < (kManyMore - 1.0) * static_cast<double>(one))
+    return;
+  LogWarning("EXIF data say that one camera took both images at one zoom, but two focal lengths explain " +
+             std::to_string(one + more) + " matches and one explains " + std::to_string(one) +
+             ": taken as of two zooms; --same-camera takes one");
+  *pair = std::move(of_two);
+  *estimate = std::move(two);
+}
+
+/// Of a folder. Who knows better than EXIF data and the matches has something to gain.
 void SaySeveralCameras(const PhotographCameras& cameras) {
   if (cameras.AreDivided())
     std::cout
@@ -347,7 +371,10 @@ int RunTwo(Request request) {
                              request.context.threads);
   SetTask(TaskFromString(task), ThresholdOf(request, task), &matched.pair);
   if (task == "shared_focal") WarnOfZoom(matched.pair.problem);
-  const Estimate estimate = method->Run(matched.pair.problem, request.seed);
+  const auto search = [&](const Problem& problem) { return method->Run(problem, request.seed); };
+  Estimate estimate = search(matched.pair.problem);
+  if (task == "shared_focal" && request.task.empty() && !request.same_camera)
+    TryTwoFocals(search, ThresholdOf(request, task), &matched.pair, &estimate);
   const PairTimes times{matched.ms_keypoints, matched.ms_matching};
   request.images.resize(2);
   const PairRun run{request.images[0], request.images[1], experiment.methods.front().name, request.seed};

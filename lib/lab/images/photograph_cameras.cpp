@@ -124,6 +124,17 @@ class Pool {
     return (times * say.covariance + kLeastPairSigma * kLeastPairSigma * Eigen::Matrix2d::Identity()).inverse();
   }
 
+  /// Of the priors. Photographs that are together were taken alike: what cameras in general have is wrong of all of
+  /// them, and not known the better for each that pairs tie to the others. EXIF data err on their own.
+  static Eigen::MatrixXd CovarianceOf(const Eigen::VectorXd& sigmas) {
+    constexpr double kAlike = 0.7;
+    const auto general = (sigmas.array() > 2.0 * kExifLogSigma).cast<double>().matrix();
+    const Eigen::VectorXd common = std::sqrt(kAlike) * sigmas.cwiseProduct(general);
+    Eigen::MatrixXd covariance = common * common.transpose();
+    covariance.diagonal() = sigmas.cwiseAbs2();
+    return covariance;
+  }
+
   double Distance(const Say& say, double times) const {
     const Eigen::Vector2d off = At(say) - say.mean;
     return off.dot(InformationOf(say, times) * off);
@@ -131,16 +142,16 @@ class Pool {
 
   void Fit(double times) {
     const auto count = static_cast<Eigen::Index>(priors_.size());
-    Eigen::VectorXd medians(count), precisions(count);
+    Eigen::VectorXd medians(count), sigmas(count);
     for (Eigen::Index i = 0; i < count; ++i) {
-      const FocalPrior& prior = priors_[static_cast<std::size_t>(i)];
-      medians[i] = std::log(prior.focal);
-      precisions[i] = 1.0 / (prior.log_sigma * prior.log_sigma);
+      medians[i] = std::log(priors_[static_cast<std::size_t>(i)].focal);
+      sigmas[i] = priors_[static_cast<std::size_t>(i)].log_sigma;
     }
+    const Eigen::MatrixXd of_priors = CovarianceOf(sigmas).inverse();
     if (logs_.size() != count) logs_ = medians;
     for (int round = 0; round < kRounds; ++round) {
-      information_ = precisions.asDiagonal();
-      Eigen::VectorXd right = precisions.cwiseProduct(medians);
+      information_ = of_priors;
+      Eigen::VectorXd right = of_priors * medians;
       for (const Say& say : says_) {
         // At first all count alike: a start far off would choose among them.
         const double weight = round == 0 ? 1.0 : (kFreedom + 2.0) / (kFreedom + Distance(say, times));
@@ -227,7 +238,8 @@ void PoolFocals(const std::vector<std::array<int, 2>>& images, const std::vector
     for (int k = 0; k < 2 && estimates[i].focal; ++k)
       priors.try_emplace(cameras_of(images[i])[k],
                          FocalPrior{estimates[i].focal->prior_focal_px[k], estimates[i].focal->prior_log_sigma[k]});
-  std::vector<FocalPrior> by_camera(static_cast<std::size_t>(priors.rbegin()->first) + 1, FocalPrior{1.0, 1.0});
+  std::vector<FocalPrior> by_camera(static_cast<std::size_t>(priors.rbegin()->first) + 1,
+                                    FocalPrior{1.0, kExifLogSigma});
   for (const auto& [camera, prior] : priors) by_camera[static_cast<std::size_t>(camera)] = prior;
   const std::vector<FocalPrior> pooled = Pool(says, by_camera).Solve();
   for (std::size_t i = 0; i < cameras->camera.size(); ++i) {
