@@ -60,16 +60,19 @@ void DefineLearned(nb::module_* module, const char* name, const char* doc, Call 
       [=](const ArrayLike& x1, const ArrayLike& x2, CameraOf<Names>... K, const OptionalArray& ratio,
           const OptionalArray& scores, const OptionalSize& size1, const OptionalSize& size2,
           const OptionalArray& similarities, const Real& max_residual_px, const Whole& max_iterations,
-          const Truth& use_network, const OptionalPath& models_folder, const Whole& seed) {
+          const Truth& use_network, const OptionalPath& models_folder, const Whole& seed,
+          const char* cameras_known) {
         const Matches matches = MatchesOf(x1, x2, {ratio, scores}, size1, size2, similarities);
         const CameraMatrices<sizeof...(K)> matrices = {Matrix3(K, cameras)...};
         ImageOptions options = Options(max_residual_px, max_iterations, seed);
         SetNetwork(use_network, models_folder, &options);
+        options.cameras = FromString<Cameras>(cameras_known);
         return Unlocked([&] { return estimate(matches, matrices, options); });
       },
       "x1"_a, "x2"_a, nb::arg(cameras)..., "ratio"_a = nb::none(), nb::kw_only(), "scores"_a = nb::none(),
       "size1"_a = nb::none(), "size2"_a = nb::none(), "similarities"_a = nb::none(), "max_residual_px"_a = 0.0,
-      "max_iterations"_a = 0, "use_network"_a = true, "models_folder"_a = nb::none(), "seed"_a = 0, doc);
+      "max_iterations"_a = 0, "use_network"_a = true, "models_folder"_a = nb::none(), "seed"_a = 0,
+      "cameras"_a = "photographs", doc);
 }
 
 /// Several models of two views.

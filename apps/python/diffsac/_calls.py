@@ -36,6 +36,7 @@ ARGUMENTS = {
     "max_iterations": "How many minimal samples are drawn at most. 0: what is recommended.",
     "use_network": "False: no network is read.",
     "models_folder": "Where networks are. None: DIFFSAC_MODELS, or those of the package.",
+    "cameras": "Of F: photographs (square pixels, principal points near the middle, usual focal lengths) or unknown.",
     "seed": "Of the random draws, 0 or more: the same seed, the same result.",
 }
 P = ParamSpec("P")

@@ -27,6 +27,7 @@ std::shared_ptr<const DiffsacModel> NetworkOf(const std::string& file, Task task
 /// The halves of a budget that the head and PROSAC draw.
 DiffsacOptions LearnedOptionsOf(Task task, const EstimateOptions& options) {
   DiffsacOptions learned = LearnedProsac(task);
+  learned.photographs = options.cameras == Cameras::kPhotographs;
   if (options.max_iterations == 0) return learned;
   learned.head_sets = (options.max_iterations + 1) / 2;
   learned.extra_sets = options.max_iterations / 2;
@@ -35,7 +36,8 @@ DiffsacOptions LearnedOptionsOf(Task task, const EstimateOptions& options) {
   return learned;
 }
 
-ClassicalOptions WithBudget(ClassicalOptions classical, const EstimateOptions& options) {
+ClassicalOptions WithOptions(ClassicalOptions classical, const EstimateOptions& options) {
+  classical.photographs = classical.photographs && options.cameras == Cameras::kPhotographs;
   if (options.max_iterations == 0) return classical;
   classical.max_iterations = options.max_iterations;
   ConsensusOptions& consensus = classical.consensus;
@@ -60,9 +62,9 @@ Estimator::Estimator(Task task, const EstimateOptions& options, bool several)
 }
 
 std::shared_ptr<const RobustEstimator> Estimator::Make(Known known) const {
-  if (several_) return std::make_shared<ClassicalEstimator>(WithBudget(SeveralStructures(task_), options_));
+  if (several_) return std::make_shared<ClassicalEstimator>(WithOptions(SeveralStructures(task_), options_));
   if (!HasNetwork(task_) || !options_.use_network || known == kScores)
-    return std::make_shared<ClassicalEstimator>(WithBudget(RecommendedClassical(task_), options_));
+    return std::make_shared<ClassicalEstimator>(WithOptions(RecommendedClassical(task_), options_));
   const auto network = NetworkOf(FindModel(ModelFile(task_, known == kRatios), options_.models_folder), task_);
   return std::make_shared<DiffsacEstimator>(network, LearnedOptionsOf(task_, options_), 1);
 }
@@ -90,9 +92,9 @@ Estimate Estimator::Run(const Problem& problem, std::uint64_t seed) const {
 }
 
 std::shared_ptr<const Estimator> KeptEstimator(Task task, const EstimateOptions& options, bool several) {
-  using Key = std::tuple<Task, bool, int, bool, std::string>;
+  using Key = std::tuple<Task, bool, int, bool, Cameras, std::string>;
   static LruCache<Estimator, Key> kept(kMostKept);
-  return kept.Get({task, several, options.max_iterations, options.use_network, options.models_folder},
+  return kept.Get({task, several, options.max_iterations, options.use_network, options.cameras, options.models_folder},
                   [&] { return std::make_shared<const Estimator>(task, options, several); });
 }
 

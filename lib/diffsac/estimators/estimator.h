@@ -5,10 +5,20 @@
 #include <mutex>
 #include <string>
 
+#include "diffsac/core/enum_names.h"
 #include "diffsac/estimators/robust_estimator.h"
 #include "diffsac/problem/problem.h"
 
 namespace diffsac {
+
+/// What is known of the cameras of two images without calibration.
+enum class Cameras {
+  kPhotographs,  ///< As most have them: square pixels, a principal point near the image's middle, a usual focal length.
+  kUnknown,      ///< Nothing: pixels may be of any shape.
+};
+template <>
+inline constexpr auto kEnumNames<Cameras> = NamesOf<Cameras>({{Cameras::kPhotographs, "photographs"},
+                                                              {Cameras::kUnknown, "unknown"}});
 
 /// What every estimate may be told.
 struct EstimateOptions {
@@ -22,6 +32,8 @@ struct EstimateOptions {
   bool use_network = true;
   /// Where models are: a folder like the project's models/. Empty: $DIFFSAC_MODELS, then where they were installed.
   std::string models_folder = {};
+  /// F: what is known of cameras where the images' sizes are. What matches contradict (a crop, say) counts little.
+  Cameras cameras = Cameras::kPhotographs;
   std::uint64_t seed = 0;  ///< Of all that is drawn.
   /// Throws Error naming the field and what was expected.
   void Check() const;

@@ -47,6 +47,8 @@ struct LearnedOptions {
   StructureSearchOptions structures;
   /// As ClassicalOptions::search_again.
   bool search_again = false;
+  /// As ClassicalOptions::photographs.
+  bool photographs = false;
 
  protected:
   /// All but weighted_fit, whose key is the method's.
