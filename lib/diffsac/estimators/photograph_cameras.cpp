@@ -1,7 +1,6 @@
 #include "diffsac/estimators/photograph_cameras.h"
 
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -23,13 +22,7 @@ namespace {
 /// independent match's evidence that each has, of photographs, whose errors go together; and by how much, in variances
 /// of the matches' noise, the cost may rise before cameras are against the matches.
 constexpr int kDraws = 10;
-double Env(const char* n, double d) {
-  const char* v = std::getenv(n);
-  return v ? std::atof(v) : d;
-}
-#define kMostRise Env("PH_GATE", 12)
-#define kIndependentShares \
-  { 1 / Env("PH_T1", 10), 1 / Env("PH_T2", 1) }
+constexpr double kIndependentShare = 0.1, kMostRise = 12.0;
 /// The standard deviation of log f of photographs.
 constexpr double kLogSigma = 0.43;
 
@@ -124,6 +117,8 @@ void PutCamerasBehind(const SolverSpace& space, const Rng& rng, ConsensusResult*
                                            FreeParameters<Fundamental>());
   if (!(variance > 0.0) || !std::isfinite(variance)) return;
 
+  matches.variance = variance / kIndependentShare;
+
   const bool one_size = problem.size1 == problem.size2;
   const NearMatches nearest = NearestOf(matches, residuals, matches.loss.scale);
   const Rng own_rng = rng.Fork("cameras");
@@ -132,15 +127,9 @@ void PutCamerasBehind(const SolverSpace& space, const Rng& rng, ConsensusResult*
   std::vector<FocalParameters> starts{CamerasOf(f, one_size)};
   if (searched) starts.push_back(*searched);
   const double cost = CostOf(matches, f);
-  Matrix3Parameters refined = f;
-  for (const double share : kIndependentShares) {
-    matches.variance = variance / share;
-    refined = RefinedFrom(starts, matches, one_size);
-    ++found->hypotheses;
-    if (refined.allFinite() && CostOf(matches, refined) - cost <= kMostRise * variance) break;
-    refined = f;
-  }
-  if (refined == f) return;
+  const Matrix3Parameters refined = RefinedFrom(starts, matches, one_size);
+  ++found->hypotheses;
+  if (!refined.allFinite() || !(CostOf(matches, refined) - cost <= kMostRise * variance)) return;
   const Eigen::Matrix3d in_pixels = frame->second.transpose() * AsMatrix(refined) * frame->first;
   const Matrix3Parameters model = AsParameters(in_pixels / in_pixels.norm());
   const Eigen::VectorXd after = RowResiduals<Fundamental>(space.points(), model);
