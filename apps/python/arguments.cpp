@@ -194,10 +194,24 @@ double RealOf(const Real& value, const char* name) {
   return *number;
 }
 
-Guidance GuidanceOf(const Text& value, const char* name) {
-  for (const auto& entry : kEnumNames<Guidance>)
+namespace {
+
+/// A value by its name.
+template <class Enum>
+Enum NamedOf(const Text& value, const char* name, const char* expected) {
+  for (const auto& entry : kEnumNames<Enum>)
     if (nb::isinstance<nb::str>(value) && nb::cast<std::string>(value) == entry.name) return entry.value;
-  RefuseValue(name, "'none', 'network' or 'diffusion'", value);
+  RefuseValue(name, expected, value);
+}
+
+}  // namespace
+
+Guidance GuidanceOf(const Text& value, const char* name) {
+  return NamedOf<Guidance>(value, name, "'none', 'network' or 'diffusion'");
+}
+
+Cameras CamerasOf(const Text& value, const char* name) {
+  return NamedOf<Cameras>(value, name, "'photographs' or 'unknown'");
 }
 
 Matches MatchesOf(const ArrayLike& x1, const ArrayLike& x2, const RatioOrScores& given, const OptionalSize& size1,

@@ -77,7 +77,7 @@ struct SearchArguments {
   OptionalReal confidence = {};
   OptionalWhole num_threads = {};
   OptionalArray initial_model = {};
-  OptionalText guidance = {};
+  OptionalText guidance = {}, cameras = {};
   OptionalPath models_folder = {};
   OptionalWhole seed = {};
 };
@@ -92,6 +92,7 @@ std::optional<Eigen::Vector2d> PairOf(const OptionalPair& pair, const char* name
 std::uint64_t WholeOf(const Whole& value, const char* name, std::uint64_t most);
 double RealOf(const Real& value, const char* name);
 Guidance GuidanceOf(const Text& value, const char* name);
+Cameras CamerasOf(const Text& value, const char* name);
 /// A model of the result's shape; a vector is one column.
 Eigen::MatrixXd ModelOf(const ArrayLike& array, const char* name);
 /// EstimateOptions::models_folder.
@@ -115,6 +116,8 @@ Options OptionsOf(const SearchArguments& search) {
   }
   if constexpr (requires { options.initial_model; })
     if (search.initial_model) options.initial_model = ModelOf(*search.initial_model, "initial_model");
+  if constexpr (requires { options.cameras; })
+    if (search.cameras) options.cameras = CamerasOf(*search.cameras, "cameras");
   if constexpr (requires { options.guidance; }) {
     if (search.guidance) options.guidance = GuidanceOf(*search.guidance, "guidance");
     options.models_folder = ModelsFolder(search.models_folder);

@@ -41,6 +41,7 @@ DIFFSAC_PYTHON_OPTION(InitialModel, initial_model, OptionalArray, nb::none())
 DIFFSAC_PYTHON_OPTION(GuidanceOption, guidance, Text, "network")
 DIFFSAC_PYTHON_OPTION(ModelsFolderOption, models_folder, OptionalPath, nb::none())
 DIFFSAC_PYTHON_OPTION(Seed, seed, Whole, 0)
+DIFFSAC_PYTHON_OPTION(CamerasOption, cameras, Text, "photographs")
 #undef DIFFSAC_PYTHON_OPTION
 
 template <class... Each>
@@ -50,6 +51,8 @@ using ForFocals = List<MaxResidual, MaxIterations, MinIterations, Confidence, Nu
 using ForRegistration = List<MaxResidual, MaxIterations, MinIterations, Confidence, NumThreads, InitialModel, Seed>;
 using ForImages = List<MaxResidual, MaxIterations, MinIterations, Confidence, NumThreads, InitialModel, GuidanceOption,
                        ModelsFolderOption, Seed>;
+using ForPhotographs = List<MaxResidual, MaxIterations, MinIterations, Confidence, NumThreads, InitialModel,
+                            GuidanceOption, ModelsFolderOption, CamerasOption, Seed>;
 using ForPoints =
     List<MaxIterations, MinIterations, Confidence, NumThreads, InitialModel, GuidanceOption, ModelsFolderOption, Seed>;
 using ForVanishing = List<MaxIterations, GuidanceOption, ModelsFolderOption, Seed>;
@@ -176,7 +179,7 @@ auto WithCameras(Estimate estimate) {
 }
 
 void DefineTwoViews(nb::module_* module) {
-  DefineViews(module, "estimate_fundamental", "Fundamental matrix F: x2ᵀ F x1 = 0 in pixels.", ForImages(),
+  DefineViews(module, "estimate_fundamental", "Fundamental matrix F: x2ᵀ F x1 = 0 in pixels.", ForPhotographs(),
               &EstimateFundamental);
   DefineViews(
       module, "estimate_essential",

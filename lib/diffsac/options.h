@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "diffsac/estimators/cameras.h"
 #include "diffsac/estimators/guidance.h"
 #include "diffsac/geometry/focal.h"
 #include "diffsac/problem/image_pair.h"
@@ -32,7 +33,10 @@ struct ImageOptions {
   /// What guides the samples of E, F and H. Matches with scores and absolute poses use no network.
   Guidance guidance = Guidance::kNetwork;
   std::string models_folder = {};  ///< A folder of networks to use instead of the library's.
-  std::uint64_t seed = 0;          ///< Seed of the random samples.
+  /// F: what is known of the cameras if the images' sizes are given. Cameras that the matches contradict (a crop, say)
+  /// are not used.
+  Cameras cameras = Cameras::kPhotographs;
+  std::uint64_t seed = 0;  ///< Seed of the random samples.
 };
 
 /// Options for lines and planes.

@@ -23,8 +23,8 @@ using EstimationStats = EstimateReport;  ///< Iterations, hypotheses and millise
 
 /// Whether a result may be used. If several hold, the first.
 enum class Verdict {
-  kFailed,        ///< "failed": no model; Status says why.
-  kUnsupported,   ///< "unsupported": no more inliers than unrelated points would give. Do not use it.
+  kFailed,       ///< "failed": no model; Status says why.
+  kUnsupported,  ///< "unsupported": no more inliers than unrelated points would give. Do not use it.
   /// "unreliable": E, F: more often wrong than right, by more than 10° in R or t; or the matches contradict the focal
   /// lengths that were given (Diagnostics::focal_conflict).
   kUnreliable,

@@ -5,6 +5,7 @@
 
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/estimators/estimation_priors.h"
+#include "diffsac/estimators/photograph_cameras.h"
 #include "diffsac/estimators/point_rows.h"
 #include "diffsac/estimators/task_dispatch.h"
 #include "diffsac/estimators/vanishing_point_chooser.h"
@@ -50,9 +51,11 @@ Estimate EstimateModel(const SolverSpace& space, const ClassicalOptions& options
                                             PriorsOfProblem(space, consensus)));
   }
   const auto sampler = SamplerOf(space, Model::kMinimalSize, options, rng);
-  return EstimateOf(
-      space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus, rng.Fork("consensus"),
-                                        PriorsOfProblem(space, consensus), options.search_threads));
+  ConsensusResult found =
+      SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus, rng.Fork("consensus"),
+                                 PriorsOfProblem(space, consensus), options.search_threads);
+  if (options.photographs) PutCamerasBehind(space, rng, &found);
+  return EstimateOf(space, std::move(found));
 }
 
 }  // namespace

@@ -23,6 +23,8 @@ struct ClassicalOptions {
   StructureSearchOptions structures;
   /// Whether there is a second search where the first one leaves doubts (second_search.h). Not for several models.
   bool search_again = false;
+  /// F, where the images' sizes are known: whether they are photographs (PutCamerasBehind).
+  bool photographs = false;
 };
 
 /// MSAC, local optimisation, iterated refits (Chum, Matas, Kittler 2003), and the model's own nonlinear refinement

@@ -42,6 +42,7 @@ void EstimateOptions::Check() const {
 
 void Apply(const EstimateOptions& options, ClassicalOptions* preset) {
   preset->search_threads = options.num_threads;
+  preset->photographs = preset->photographs && options.cameras == Cameras::kPhotographs;
   if (preset->structures.Several()) {
     preset->max_iterations = options.max_iterations.value_or(preset->max_iterations);
     return;
@@ -52,6 +53,7 @@ void Apply(const EstimateOptions& options, ClassicalOptions* preset) {
 
 void Apply(const EstimateOptions& options, DiffsacOptions* preset) {
   preset->search_threads = options.num_threads;
+  preset->photographs = preset->photographs && options.cameras == Cameras::kPhotographs;
   const int sets = preset->Sets(), budget = Budget(options, sets);
   if (preset->copies == sets) {
     preset->copies = std::min(budget, kMostCopies);

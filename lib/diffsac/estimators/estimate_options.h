@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "diffsac/estimators/cameras.h"
 #include "diffsac/estimators/guidance.h"
 
 namespace diffsac {
@@ -24,7 +25,8 @@ struct EstimateOptions {
   std::optional<double> confidence = {};
   /// Threads of one search; 0: one for each core. Results do not depend on it.
   int num_threads = 1;
-  Guidance guidance = Guidance::kNetwork;  ///< Where minimal samples come from.
+  Guidance guidance = Guidance::kNetwork;   ///< Where minimal samples come from.
+  Cameras cameras = Cameras::kPhotographs;  ///< F: prior knowledge of the cameras, if the images' sizes are known.
   /// A folder like the project's models/, whose networks are used. If empty: those that the library carries.
   std::string models_folder = {};
   std::uint64_t seed = 0;  ///< Seed of all random draws.

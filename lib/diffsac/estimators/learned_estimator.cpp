@@ -6,6 +6,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "diffsac/estimators/estimation_priors.h"
+#include "diffsac/estimators/photograph_cameras.h"
 #include "diffsac/estimators/point_rows.h"
 #include "diffsac/estimators/task_dispatch.h"
 #include "diffsac/estimators/vanishing_point_chooser.h"
@@ -181,8 +182,10 @@ Estimate LearnedEstimator::Consensus(const SolverSpace& space, const Prediction&
   }
   const auto sampler = MakeSampler({space, prediction, Model::kMinimalSize, rng});
   const ConsensusOptions consensus = OptionsOfProblem(space, options_->consensus);
-  return EstimateOf(space, SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus,
-                                                      rng.Fork("consensus"), priors, options_->search_threads));
+  ConsensusResult found = SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus,
+                                                     rng.Fork("consensus"), priors, options_->search_threads);
+  if (options_->photographs) PutCamerasBehind(space, rng, &found);
+  return EstimateOf(space, std::move(found));
 }
 
 Estimate LearnedEstimator::EstimateFrom(const SolverSpace& space, const Prediction& prediction,

@@ -48,6 +48,8 @@ struct LearnedOptions {
   StructureSearchOptions structures;
   /// As ClassicalOptions::search_again.
   bool search_again = false;
+  /// As ClassicalOptions::photographs.
+  bool photographs = false;
 };
 
 /// What the network said of one problem; consensus is a function of this alone, bit for bit.

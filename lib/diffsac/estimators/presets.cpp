@@ -108,6 +108,7 @@ ClassicalOptions RecommendedClassical(Task task) {
   options.sampling.sampler = MinimalSamplerKind::kProsac;
   StopWhenConfident(&options.consensus);
   options.search_again = true;
+  options.photographs = true;
   if (IsTwoView(task)) options.consensus = MarginalisedConsensus(task);
   return options;
 }
@@ -115,6 +116,7 @@ ClassicalOptions RecommendedClassical(Task task) {
 DiffsacOptions LearnedProsac(Task task) {
   DiffsacOptions options;
   options.search_again = true;
+  options.photographs = true;
   options.copies = 0;
   options.head_sets = kDraws / 2;
   options.extra_sets = kDraws / 2;

@@ -24,6 +24,7 @@ EstimateOptions SharedOptions(const Options& options) {
     shared.guidance = options.guidance;
     shared.models_folder = options.models_folder;
   }
+  if constexpr (requires { options.cameras; }) shared.cameras = options.cameras;
   shared.seed = options.seed;
   shared.Check();
   return shared;
