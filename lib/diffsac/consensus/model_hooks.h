@@ -53,9 +53,9 @@ namespace diffsac {
 //   kFreedom                         of how many free parameters the model is, where that is not kResidualDimension · γ
 //   Residuals(model, columns, begin, end, out)   several at a time, from columns (scorer.h)
 //   Turns(model, columns, i, turn)   whether the keypoint of point i turned as the model says, for options.turn_weight
-//   kUsualPolicies                   true: local optimisation by inner samples and iterated refits are all that is
-//   asked
-//                                    for, and nothing else is compiled (search.h)
+//   kUsualPolicies                   true: nothing is compiled but local optimisation by inner samples and iterated
+//                                    refits, which is all that search.h asks for
+//   kFits                            false: `Fit` makes nothing of any points, and nothing that fits is compiled
 //   Determined(points)               whether all points together determine a model (CheckPoints)
 //
 // The loop keeps what Refine and RecoverFromDegeneracy give only where it scores no lower.
@@ -63,6 +63,11 @@ namespace diffsac {
 template <class M>
 concept HasUsualPolicies = requires {
   requires M::kUsualPolicies;
+};
+
+template <class M>
+concept NeverFits = requires {
+  requires !M::kFits;
 };
 
 template <class M>

@@ -205,8 +205,9 @@ class FinalRefiner {
   }
 
   /// rounds: of kIterated. With its final score.
-  ScoredModel<Model> Refitted(const Parameters& start, int rounds, int* fits) const {
-    if (options_.refit == Refit::kIterated) return Iterated(start, rounds, fits);
+  ScoredModel<Model> Refitted(const Parameters& start, [[maybe_unused]] int rounds, [[maybe_unused]] int* fits) const {
+    if constexpr (!NeverFits<Model>)
+      if (options_.refit == Refit::kIterated) return Iterated(start, rounds, fits);
     Parameters model = start;
     if constexpr (!HasUsualPolicies<Model>) {
       if (options_.refit == Refit::kInliers) model = FittedToInliers(start, fits);

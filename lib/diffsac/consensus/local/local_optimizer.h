@@ -155,13 +155,15 @@ class LocalOptimizer {
   }
 
   /// The best model met, `start` itself when none scores higher. Fits are added to *fits.
-  ScoredModel<Model> Optimize(const ScoredModel<Model>& start, int* fits) {
-    if (!active()) return start;
-    const double threshold = scales_.ThresholdFor(scorer_, start.model, scales_.score_threshold);
-    const Rng rng = rng_.Fork("local_optimization", runs_++);
-    if (options_.local_optimization == LocalOptimization::kInnerSamples)
-      return OptimizeByInnerSamples<Model>(scorer_, score_, threshold, options_.local_samples, start, rng, fits);
-    if constexpr (!HasUsualPolicies<Model>) return OptimizeOtherwise(start, threshold, rng, fits);
+  ScoredModel<Model> Optimize(const ScoredModel<Model>& start, [[maybe_unused]] int* fits) {
+    if constexpr (!NeverFits<Model>) {
+      if (!active()) return start;
+      const double threshold = scales_.ThresholdFor(scorer_, start.model, scales_.score_threshold);
+      const Rng rng = rng_.Fork("local_optimization", runs_++);
+      if (options_.local_optimization == LocalOptimization::kInnerSamples)
+        return OptimizeByInnerSamples<Model>(scorer_, score_, threshold, options_.local_samples, start, rng, fits);
+      if constexpr (!HasUsualPolicies<Model>) return OptimizeOtherwise(start, threshold, rng, fits);
+    }
     return start;
   }
 
