@@ -9,6 +9,7 @@
 #include "diffsac/geometry/focal_evidence.h"
 #include "diffsac/geometry/refine.h"
 #include "diffsac/geometry/robust_loss_sums.h"
+#include "diffsac/geometry/svd3.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
@@ -91,6 +92,15 @@ bool Free(UnknownFocal open, const Said& said, const RobustLoss& loss, FocalPara
   return model->allFinite();
 }
 
+/// The part of the motion that is across the optical axes: of a motion straight ahead f is hardly seen, so that errors
+/// that all matches share move it far.
+double ShareAcross(const FocalParameters& model) {
+  constexpr double kLeast = 0.1;
+  const Svd3 svd = ComputeRotationSvd3(AsMatrix(model.head<9>()));
+  const double along = std::max(std::abs(svd.u(2, 2)), std::abs(svd.v(2, 2)));
+  return std::max(1.0 - along * along, kLeast);
+}
+
 /// What the matches say of the lengths that are open, where that is another thing.
 std::optional<FocalConflict> ConflictOf(UnknownFocal open, const Said& said, const RobustLoss& loss) {
   // Of log f; of the deviation of what was said and found; of the log-likelihood. Chosen on pairs for tuning.
@@ -110,7 +120,7 @@ std::optional<FocalConflict> ConflictOf(UnknownFocal open, const Said& said, con
   const int focals = CountFocals(open);
   const Eigen::VectorXd off = free.tail(focals).array().log();
   Eigen::MatrixXd spread = kIntervalFactor * kIntervalFactor * evidence.Covariance(free);
-  spread.diagonal().array() += std::pow(FloorOf(evidence.PlaneShare()), 2);
+  spread.diagonal().array() += std::pow(FloorOf(evidence.PlaneShare()) / ShareAcross(free), 2);
   const Eigen::MatrixXd both = spread + said.spread.bottomRightCorner(focals, focals);
   if (!(off.cwiseAbs().maxCoeff() > kLeastOff) || !(off.dot(both.ldlt().solve(off)) > kDeviations * kDeviations))
     return std::nullopt;
