@@ -11,6 +11,7 @@
 
 #include "diffsac/consensus/model_hooks.h"
 #include "diffsac/consensus/scores/false_alarms.h"
+#include "diffsac/consensus/scores/noise_scales.h"
 #include "diffsac/consensus/structures/energy_search.h"
 #include "diffsac/consensus/structures/structures.h"
 #include "diffsac/core/random.h"
