@@ -5,7 +5,7 @@
 #include <iostream>
 #include <optional>
 
-#include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/estimate/diffsac_estimator.h"
 #include "lab/config/number_checks.h"
 #include "lab/config/paths.h"
 #include "lab/config/process.h"

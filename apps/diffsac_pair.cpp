@@ -11,7 +11,7 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/presets.h"
+#include "diffsac/estimate/presets.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/number_checks.h"
 #include "lab/config/paths.h"
@@ -24,6 +24,7 @@
 #include "lab/eval/report_script.h"
 #include "lab/eval/selection.h"
 #include "lab/files/files.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/given_matches.h"
 #include "lab/images/image_cameras.h"
@@ -32,7 +33,6 @@
 #include "lab/images/pair_text.h"
 #include "lab/images/photograph_results.h"
 #include "lab/images/pictures.h"
-#include "lab/truth/pair_truth.h"
 
 namespace {
 
@@ -227,14 +227,15 @@ std::string TaskOf(const Request& request, const std::vector<SourceImage>& image
 
 /// One focal length for both images, where EXIF data say that there are two.
 bool IsZoomed(const Problem& problem) {
-  const std::optional<FocalPrior>&first = problem.hint1.focal, &second = problem.hint2.focal;
+  const std::optional<FocalPrior>&first = problem.camera_prior1.focal, &second = problem.camera_prior2.focal;
   return first && second && std::abs(std::log(first->focal / second->focal)) > 2.0 * kExifLogSigma;
 }
 
 void WarnOfZoom(const Problem& problem) {
   if (!IsZoomed(problem)) return;
-  LogWarning("EXIF data say that the focal lengths are " + std::to_string(std::lround(problem.hint1.focal->focal)) +
-             " and " + std::to_string(std::lround(problem.hint2.focal->focal)) +
+  LogWarning("EXIF data say that the focal lengths are " +
+             std::to_string(std::lround(problem.camera_prior1.focal->focal)) + " and " +
+             std::to_string(std::lround(problem.camera_prior2.focal->focal)) +
              " pixels, and shared_focal takes one for both images: --task two_focals takes both");
 }
 
@@ -316,7 +317,7 @@ int ListRows(const Request& request) {
 }
 
 double ThresholdOf(const Request& request, const std::string& task) {
-  return request.threshold_px > 0.0 ? request.threshold_px : UsualThreshold(TaskFromString(task));
+  return request.threshold_px > 0.0 ? request.threshold_px : DefaultThreshold(TaskFromString(task));
 }
 
 void RequireFolderOf(const std::string& file) {
@@ -387,7 +388,7 @@ int RunTwo(Request request) {
                 matched.pair.id + ", " + task, request.picture);
     std::cout << "picture: " << request.picture << std::endl;
   }
-  if (estimate.share_behind > kMostBehind)
+  if (estimate.cheirality_failure_ratio > kMostBehind)
     LogWarning("many of the matches that fit lie behind a camera: an image may be mirrored");
   else if (estimate.MayBeChance())
     LogWarning(

@@ -9,9 +9,9 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "lab/clouds/matched_motion.h"
+#include "lab/registration/matched_motion.h"
 #ifdef DIFFSAC_HAS_CLOUDS
-#include "lab/clouds/registration_text.h"
+#include "lab/registration/registration_text.h"
 #endif
 #include "lab/config/number_checks.h"
 #include "lab/config/process.h"

@@ -3,7 +3,7 @@
 
 #include <iostream>
 
-#include "diffsac/estimators/diffsac_model.h"
+#include "diffsac/estimate/diffsac_model.h"
 #include "lab/config/meant_paths.h"
 #include "lab/config/number_checks.h"
 #include "lab/config/paths.h"

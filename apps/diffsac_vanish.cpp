@@ -103,7 +103,7 @@ void Draw(const cv::Mat& gray, const VanishingImage& found, const std::string& p
   for (std::size_t k = 0; k < counts.size(); ++k) {
     labels.push_back(Format("%zu: %d segments", k + 1, counts[k]));
     if (!found.estimate.values.empty()) labels.back() += Format(", sure %.2f", found.estimate.values[k]);
-    colours.emplace_back(StructureColour(k));
+    colours.emplace_back(InstanceColour(k));
   }
   WritePicture(DrawVanishingPoints(gray, found.image.segments, found.estimate, labels, colours), path);
   std::cout << "picture: " << path << std::endl;

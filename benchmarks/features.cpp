@@ -68,13 +68,13 @@ using Measure = std::function<double(int count)>;
 
 /// Seconds that the features of one task's problem take.
 Measure FeaturesOf(const std::string& type, const std::string& task, std::vector<PointFeature> kinds,
-                   PreferenceChoice choice = PreferenceChoice::kBest) {
+                   ResidualChoice choice = ResidualChoice::kBest) {
   return [=](int count) {
     const Problem problem = MakeProblem(type, task, count);
-    const SolverSpace space(problem);
+    const NormalizedProblem space(problem);
     PointFeaturesOptions options;
     options.kinds = kinds;
-    options.preference_choice = choice;
+    options.residual_choice = choice;
     const PointFeatures features(options, problem.task);
     return SecondsPerCall([&] { return static_cast<double>(features.Compute(space, Rng(1)).values(0, 0)); });
   };
@@ -85,7 +85,7 @@ Measure Neighborhood(PointMatrix (*change)(PointMatrix)) {
     const Problem problem = MakeProblem("synthetic_two_view", "fundamental", count);
     const PointMatrix points = change(MatchCoordinates(problem));
     return SecondsPerCall([&] {
-      return static_cast<double>(NeighborhoodFeatures(points, FindGoodNeighbors(points, problem.match_ratio))(0, 0));
+      return static_cast<double>(NeighborhoodFeatures(points, FindGoodNeighbors(points, problem.snn_ratio))(0, 0));
     });
   };
 }
@@ -99,11 +99,11 @@ void Run(const std::vector<int>& counts) {
       {"neighborhood, one far away", Neighborhood(&WithOutlier)},
       {"F: coordinates, ratio", FeaturesOf("synthetic_two_view", "fundamental", {kRatio})},
       {"F: coordinates, ratio, neighborhood", FeaturesOf("synthetic_two_view", "fundamental", {kRatio, kNeighborhood})},
-      {"lines: coordinates, preference", FeaturesOf("synthetic_line", "", {kCoordinates, kPreference})},
-      {"planes: coordinates, preference", FeaturesOf("synthetic_plane", "", {kCoordinates, kPreference})},
+      {"lines: coordinates, residual", FeaturesOf("synthetic_line", "", {kCoordinates, kResidual})},
+      {"planes: coordinates, residual", FeaturesOf("synthetic_plane", "", {kCoordinates, kResidual})},
       {"planes: the same, spread",
-       FeaturesOf("synthetic_plane", "", {kCoordinates, kPreference}, PreferenceChoice::kSpread)},
-      {"H: coordinates, preference", FeaturesOf("synthetic_two_view", "homography", {kCoordinates, kPreference})},
+       FeaturesOf("synthetic_plane", "", {kCoordinates, kResidual}, ResidualChoice::kSpread)},
+      {"H: coordinates, residual", FeaturesOf("synthetic_two_view", "homography", {kCoordinates, kResidual})},
   };
   std::printf("| features, ns a point |");
   for (const int count : counts) std::printf(" N = %d |", count);

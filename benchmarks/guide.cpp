@@ -64,7 +64,7 @@ void Measure(const Options& options, std::vector<Row>& rows, std::ofstream* csv)
   for (const int points : options.points) {
     if (points > kMostOfOpencv) std::erase_if(rows, [](const Row& row) { return row.opencv; });
     const std::vector<Problem> pairs = MakePairs(options, points);
-    std::vector<std::vector<EstimateReport>> reports(rows.size());
+    std::vector<std::vector<EstimationStats>> reports(rows.size());
     std::vector<double> memory;
     for (Row& row : rows) {
       ResetPeak();
@@ -74,17 +74,17 @@ void Measure(const Options& options, std::vector<Row>& rows, std::ofstream* csv)
     }
     for (int round = 0; round < options.rounds; ++round)
       for (std::size_t r = 0; r < rows.size(); ++r)
-        reports[r].push_back(rows[r].method->Run(pairs[round % pairs.size()], round).report);
+        reports[r].push_back(rows[r].method->Run(pairs[round % pairs.size()], round).stats);
     for (std::size_t r = 0; r < rows.size(); ++r) {
-      const auto median = [&](double EstimateReport::*field) {
+      const auto median = [&](double EstimationStats::*field) {
         std::vector<double> values;
-        for (const EstimateReport& report : reports[r]) values.push_back(report.*field);
+        for (const EstimationStats& report : reports[r]) values.push_back(report.*field);
         return Median(values);
       };
-      const double total = median(&EstimateReport::ms_total);
+      const double total = median(&EstimationStats::ms_total);
       std::printf("| %d | %s | %.2f | %.2f | %.2f | %.2f | %.2f | %.1f |\n", points, rows[r].name.c_str(),
-                  median(&EstimateReport::ms_features), median(&EstimateReport::ms_network),
-                  median(&EstimateReport::ms_consensus), total, 1000.0 * total / points, memory[r]);
+                  median(&EstimationStats::ms_features), median(&EstimationStats::ms_network),
+                  median(&EstimationStats::ms_consensus), total, 1000.0 * total / points, memory[r]);
       if (csv->is_open()) *csv << points << ',' << rows[r].name << ',' << total << '\n';
     }
     std::fflush(stdout);

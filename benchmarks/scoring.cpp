@@ -11,9 +11,9 @@
 #include <functional>
 #include <vector>
 
-#include "diffsac/consensus/scores/scorer.h"
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/hyperplane.h"
+#include "diffsac/ransac/scores/scorer.h"
 
 namespace diffsac {
 namespace {

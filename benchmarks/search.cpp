@@ -14,11 +14,11 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/samplers/prosac_sampler.h"
-#include "diffsac/estimators/presets.h"
-#include "diffsac/problem/solver_space.h"
+#include "diffsac/estimate/presets.h"
+#include "diffsac/problem/normalized_problem.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/ransac/sample_consensus.h"
+#include "diffsac/ransac/samplers/prosac_sampler.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
 #include "measure.h"
@@ -77,8 +77,8 @@ std::vector<Row> MakeRows(Task task, bool stages) {
   for (const int base : {0, 3}) {
     ConsensusOptions options = rows[base].consensus;
     const std::string name = rows[base].name;
-    if (options.refine_finalists > 0) {
-      options.refine_finalists = 0;
+    if (options.num_finalists > 0) {
+      options.num_finalists = 0;
       rows.push_back({name + ", all candidates refined to the end", options});
     }
     options.final_refinement = FinalRefinement::kNone;
@@ -92,15 +92,14 @@ std::vector<Row> MakeRows(Task task, bool stages) {
 }
 
 template <MinimalModel Model>
-ConsensusResult Search(const Problem& problem, const SolverSpace& space, const Row& row, int seed) {
+ConsensusResult Search(const Problem& problem, const NormalizedProblem& space, const Row& row, int seed) {
   EstimationPriors priors;
   priors.unit = space.unit();
   // The better half of the ratios is likelier right; any such probabilities do here.
   if (row.consensus.inlier_prior_power > 0.0)
-    priors.inlier_priors = (1.0 - 0.8 * problem.match_ratio.array().min(1.0).max(0.0)).matrix();
+    priors.inlier_priors = (1.0 - 0.8 * problem.snn_ratio.array().min(1.0).max(0.0)).matrix();
   const Rng rng(seed);
-  const std::vector<double> quality(problem.match_ratio.data(),
-                                    problem.match_ratio.data() + problem.match_ratio.size());
+  const std::vector<double> quality(problem.snn_ratio.data(), problem.snn_ratio.data() + problem.snn_ratio.size());
   std::unique_ptr<MinimalSampler> source;
   if (row.by_quality) {
     source = std::make_unique<ProsacSampler>(quality, Model::kMinimalSize, rng);
@@ -112,7 +111,7 @@ ConsensusResult Search(const Problem& problem, const SolverSpace& space, const R
 
 void RunOnce(const Problem& problem, int seed, Row* row) {
   const std::clock_t start = std::clock();
-  const SolverSpace space(problem);
+  const NormalizedProblem space(problem);
   const ConsensusResult result =
       DispatchTask(problem.task, [&]<MinimalModel Model>() { return Search<Model>(problem, space, *row, seed); });
   row->milliseconds.push_back(1000.0 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/estimate/diffsac_estimator.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/run_directory.h"

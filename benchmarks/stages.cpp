@@ -66,20 +66,23 @@ std::vector<std::pair<std::string, std::string>> RowKeys(const Options& options)
       "refit_threshold_factor: 1.2, final_score: msac, final_refinement: lm}";
   const std::string diffsac = "{type: diffsac, checkpoint: '" + options.checkpoint + "', selection: gumbel, " +
                               "temperature: [0.2, 1], " + consensus;
-  const std::string copies = ", head_sets: 0, copies: " + std::to_string(options.copies);
-  const std::string twenty = diffsac + ", copies: 10, head_sets: 10, max_decoded_points: 128, sampler: {steps: 1}";
-  return {{"PROSAC 1000", "{type: prosac, max_iterations: 1000}"},
-          {"PROSAC 20", "{type: prosac, max_iterations: 20}"},
-          {"LO-RANSAC 1000", "{type: lo_ransac, max_iterations: 1000}"},
-          {"OpenCV USAC_ACCURATE 1000", "{type: usac, preset: accurate, max_iterations: 1000}"},
-          {"inlier head, no reverse step",
-           diffsac + ", copies: 0, head_sets: " + std::to_string(options.copies) + ", max_encoded_points: 0}"},
-          {"20 sets: 10 copies, 1 step, 128 decoded, head 10; LibTorch, all points",
-           twenty + ", engine: libtorch, max_encoded_points: 0}"},
-          {"20 sets, all points", twenty + ", max_encoded_points: 0}"},
-          {"20 sets, 512 points encoded", twenty + ", max_encoded_points: 512}"},
-          {"DiffSAC, 2 steps, 128 decoded", diffsac + copies + ", max_decoded_points: 128, sampler: {steps: 2}}"},
-          {"DiffSAC, 2 steps, all decoded", diffsac + copies + ", max_decoded_points: 0, sampler: {steps: 2}}"}};
+  const std::string copies =
+      ", num_guided_samples: 0, num_diffusion_samples: " + std::to_string(options.num_diffusion_samples);
+  const std::string twenty =
+      diffsac + ", num_diffusion_samples: 10, num_guided_samples: 10, max_decoded_points: 128, sampler: {steps: 1}";
+  return {
+      {"PROSAC 1000", "{type: prosac, max_iterations: 1000}"},
+      {"PROSAC 20", "{type: prosac, max_iterations: 20}"},
+      {"LO-RANSAC 1000", "{type: lo_ransac, max_iterations: 1000}"},
+      {"OpenCV USAC_ACCURATE 1000", "{type: usac, preset: accurate, max_iterations: 1000}"},
+      {"inlier head, no reverse step", diffsac + ", num_diffusion_samples: 0, num_guided_samples: " +
+                                           std::to_string(options.num_diffusion_samples) + ", max_encoded_points: 0}"},
+      {"20 sets: 10 copies, 1 step, 128 decoded, head 10; LibTorch, all points",
+       twenty + ", engine: libtorch, max_encoded_points: 0}"},
+      {"20 sets, all points", twenty + ", max_encoded_points: 0}"},
+      {"20 sets, 512 points encoded", twenty + ", max_encoded_points: 512}"},
+      {"DiffSAC, 2 steps, 128 decoded", diffsac + copies + ", max_decoded_points: 128, sampler: {steps: 2}}"},
+      {"DiffSAC, 2 steps, all decoded", diffsac + copies + ", max_decoded_points: 0, sampler: {steps: 2}}"}};
 }
 
 // The rows of configs/pair/TASK.yaml, which diffsac_pair runs, and that one as it was before.
@@ -117,7 +120,7 @@ std::vector<Row> MakeRows(const Options& options, int threads) {
 
 void RunOnce(const Problem& pair, std::uint64_t seed, Row* row) {
   const std::clock_t start = std::clock();
-  const EstimateReport report = row->method->Run(pair, seed).report;
+  const EstimationStats report = row->method->Run(pair, seed).stats;
   row->processor.push_back(1000.0 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
   row->features.push_back(report.ms_features);
   row->network.push_back(report.ms_network);
@@ -158,8 +161,8 @@ void Print(int points, int threads, double before_mib, const std::vector<Row>& r
 
 void Run(const Options& options) {
   std::printf("%s\n%s\n%s, κ = %d, half of the matches wrong, milliseconds, medians of %d rounds\n",
-              VersionText("diffsac_stages").c_str(), MachineText().c_str(), options.checkpoint.c_str(), options.copies,
-              options.rounds);
+              VersionText("diffsac_stages").c_str(), MachineText().c_str(), options.checkpoint.c_str(),
+              options.num_diffusion_samples, options.rounds);
   for (const int points : options.points) {
     const std::vector<Problem> pairs = MakePairs(options, points);
     for (const int threads : options.threads) {
@@ -185,7 +188,7 @@ int main(int argc, char** argv) {
   app.add_option("--threads", options.threads, "Thread counts")->delimiter(',')->check(CLI::PositiveNumber);
   app.add_option("--rows", options.rows, "Only rows that this occurs in, and the first");
   app.add_option("--rounds", options.rounds, "Rounds; figures are medians")->check(CLI::PositiveNumber);
-  app.add_option("--copies", options.copies, "κ")->check(CLI::PositiveNumber);
+  app.add_option("--copies", options.num_diffusion_samples, "κ")->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
   if (options.checkpoint.empty()) options.checkpoint = "models/" + options.task + "/model.safetensors";
   try {

@@ -1,13 +1,13 @@
 # The library, which needs Eigen and TBB alone, and the lab on top of it, of which what stands before torch does without
 # LibTorch.
-set(DIFFSAC_LIBRARY_ROOMS core geometry consensus problem network estimators)
+set(DIFFSAC_LIBRARY_ROOMS core geometry ransac problem guidance estimate)
 set(DIFFSAC_INSTALLED_LIBRARY diffsac_static)
 if(BUILD_SHARED_LIBS)
   set(DIFFSAC_INSTALLED_LIBRARY diffsac_shared)
 endif()
 set(DIFFSAC_LAB_ROOMS)
 if(DIFFSAC_LAB)
-  set(DIFFSAC_LAB_ROOMS options truth files config colmap data baselines eval images torch train clouds)
+  set(DIFFSAC_LAB_ROOMS options ground_truth files config colmap data baselines eval images torch train registration)
 endif()
 
 # diffsac_sources(OUT [EXCEPT ...]): every .cpp of the folder and of those in it but these. Looked up at each build, so that a new file
@@ -55,7 +55,7 @@ function(diffsac_library name)
     diffsac_use_torch(${library})
   endif()
   # Who installs by pip compiles everything, once. core has no Eigen, files of network have flags of their own.
-  if(DIFFSAC_PYTHON AND NOT name MATCHES "^(core|network)$")
+  if(DIFFSAC_PYTHON AND NOT name MATCHES "^(core|guidance)$")
     target_precompile_headers(${library} PRIVATE <Eigen/Dense> <algorithm> <functional> <memory> <optional> <string> <vector>)
   endif()
   if(ARG_UNITY)

@@ -113,7 +113,7 @@ for name in "${wanted[@]}"; do
   config=configs/paper/$name.yaml whole=$runs/${name}_whole curve=$runs/${name}_curve
   common=(--config "$config" "${replaced[@]}" --set train.log_every=1 --set train.workers=1)
   small=(--set "train.batch_size=$(($(sed -n 's/^  batch_size: //p' "$config") / smaller))" --set "train.warmup_iterations=$warmup"
-    --set "train.validate_every=$validate_every" --set "validation.problems=$validated" --set "inference.copies=$copies")
+    --set "train.validate_every=$validate_every" --set "validation.problems=$validated" --set "inference.num_diffusion_samples=$copies")
   if grep -q '^  max_points:' "$config"; then
     small+=(--set "data.max_points=$matches" --set "validation.data.max_points=$matches")
   fi

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "diffsac/diffsac.h"
-#include "diffsac/estimators/estimate_options.h"
+#include "diffsac/estimate/estimate_options.h"
 #include "results.h"
 
 namespace diffsac::python {

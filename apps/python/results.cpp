@@ -39,7 +39,7 @@ nb::object StatsOf(const EstimationStats& stats) {
   nb::dict fields;
   fields["hypotheses"] = stats.hypotheses;
   fields["unique_minimal_sets"] = stats.unique_minimal_sets;
-  fields["iterations"] = stats.draws;
+  fields["iterations"] = stats.iterations;
   fields["ms_features"] = stats.ms_features;
   fields["ms_network"] = stats.ms_network;
   fields["ms_consensus"] = stats.ms_consensus;
@@ -48,9 +48,7 @@ nb::object StatsOf(const EstimationStats& stats) {
 }
 
 /// Its word, as docs have it.
-nb::object DegeneracyOf(Degeneracy degeneracy) {
-  return ClassOf("Degeneracy")(degeneracy == Degeneracy::kTurn ? "pure_rotation" : ToString(degeneracy));
-}
+nb::object DegeneracyOf(Degeneracy degeneracy) { return ClassOf("Degeneracy")(ToString(degeneracy)); }
 
 nb::object ConflictOf(const FocalConflict& conflict) {
   nb::dict fields;

@@ -28,7 +28,7 @@
 /// that are no calibration, ratios or scores outside [0, 1] and inputs of unequal lengths; its text names the argument.
 ///
 /// Depends on Eigen and TBB. Functions may be called from any thread. The same input, options and seed give the same
-/// result. A first call makes what later ones share; an Estimator (estimators/estimator.h) holds the same explicitly.
+/// result. A first call makes what later ones share; an Estimator (estimate/estimator.h) holds the same explicitly.
 namespace diffsac {
 
 /// Fundamental matrix.

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "diffsac/estimators/cameras.h"
-#include "diffsac/estimators/guidance.h"
+#include "diffsac/estimate/cameras.h"
+#include "diffsac/estimate/guidance.h"
 #include "diffsac/geometry/focal.h"
 #include "diffsac/problem/image_pair.h"
 

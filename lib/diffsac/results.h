@@ -8,18 +8,15 @@
 
 #include "diffsac/core/enum_names.h"
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/estimate/robust_estimator.h"
+#include "diffsac/geometry/degeneracy.h"
 #include "diffsac/geometry/focal.h"
 #include "diffsac/geometry/rigid_motion.h"
-#include "diffsac/geometry/translation.h"
 #include "diffsac/geometry/vanishing_camera.h"
 #include "diffsac/problem/problem.h"
 
 // Results of the functions in diffsac.h.
 namespace diffsac {
-
-using Degeneracy = Translation;          ///< What the inliers of two views leave undetermined.
-using EstimationStats = EstimateReport;  ///< Iterations, hypotheses and milliseconds of an estimate.
 
 /// Whether a result may be used. If several hold, the first.
 enum class Verdict {

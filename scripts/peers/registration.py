@@ -205,7 +205,7 @@ def candidates(points, ratios, seed):
     found = []
     for k, part in enumerate(parts):
         e = estimate_rigid_motion(points[part, :3], points[part, 3:], ratios[part], max_distance=LIMITS[0], seed=100 * seed + k)
-        found += [np.column_stack([m.rotation, m.translation]) for m in (e.motion, e.other_motion) if e.ok and m is not None]
+        found += [np.column_stack([m.rotation, m.translation]) for m in (e.motion, e.ambiguous_motion) if e.ok and m is not None]
     usual, kept = (found[0] if found else None), []
     for motion in sorted(found, key=lambda m: -score(m, points)):
         if all(a > 5 or b > 0.1 for a, b in (rigid_error(motion, other) for other in kept)):

@@ -25,7 +25,7 @@ def run(arguments):
     files = sorted(glob.glob(f"{arguments.run}/points/seed=*/problems.csv")) or [f"{arguments.run}/problems.csv"]
     rows = [row for file in files for row in csv.DictReader(open(file)) if row["method"] == arguments.row and row["status"] == "ok"]
     limit = 5.0 if "outdoors" in open(f"{arguments.run}/config.yaml").read() else 15.0
-    say("problems", [(float(row["angle_deg"]) < limit, float(row["log_false_alarms"]) > 0) for row in rows])
+    say("problems", [(float(row["angle_deg"]) < limit, float(row["log10_nfa"]) > 0) for row in rows])
 
 
 def motions(path):

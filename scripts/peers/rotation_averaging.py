@@ -39,12 +39,12 @@ def scenes_of(run, folders):
     with h5py.File(os.path.join(run, "estimates.h5")) as file:
         groups = [group for method in file.values() for group in method.values()]
         group = groups[0] if len(groups) == 1 else fail(f"{run}: expected one method and one condition")
-        read = {name: group[name][()] for name in ("id", "pose", "pose_covariance", "log_false_alarms", "inliers_end")}
+        read = {name: group[name][()] for name in ("id", "pose", "pose_covariance", "log10_nfa", "inliers_end")}
     counts = np.diff(read["inliers_end"], prepend=0)
     for row, name in enumerate(read["id"]):
         folder, pair = name.decode().split("/")
         turn, covariance = read["pose"][row].reshape(3, 4)[:, :3], read["pose_covariance"][row].reshape(6, 6)[:3, :3]
-        if np.isfinite(turn).all() and np.isfinite(covariance).all() and read["log_false_alarms"][row] <= 0:
+        if np.isfinite(turn).all() and np.isfinite(covariance).all() and read["log10_nfa"][row] <= 0:
             scene = re.sub(r"_step_\d+$", "", folder)
             pairs[scene].append(Pair(*pair.split("-"), turn, covariance, counts[row]))
             if folder in folders:

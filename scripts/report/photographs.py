@@ -4,7 +4,7 @@ import os
 from tables import UNKNOWN, Table
 
 MOST_PAIRS = 2000  # Of the table; poses.csv has all.
-_TRANSLATIONS = {"determined": "yes", "turn_in_place": "no: turned only", "static": "no: no motion", "plane": "no: one plane",
+_DEGENERACIES = {"determined": "yes", "pure_rotation": "no: turned only", "static": "no: no motion", "plane": "no: one plane",
                  "line": "no: one line"}
 _VERDICTS = ("sure", "may be chance", "no model")
 
@@ -20,7 +20,7 @@ def read_poses(run):
         return None
     if not ours or not os.path.exists(run.path("poses.csv")):
         return None
-    texts = ("image1", "image2", "status", "translation", "focal1_source", "focal2_source")
+    texts = ("image1", "image2", "status", "degeneracy", "focal1_source", "focal2_source")
     return pandas.read_csv(run.path("poses.csv"), converters={name: str for name in texts})
 
 
@@ -78,7 +78,7 @@ def pairs_table(poses):
     columns += ["camera 1", "f1, px [68 %]", "f1 from", "camera 2", "f2, px [68 %]", "f2 from"] if cameras else ["f1, px", "f2, px"]
     table = Table("pairs", columns)
     for pair in pairs[:MOST_PAIRS]:
-        cells = [pair.image1, pair.image2, _verdict(pair), _TRANSLATIONS.get(pair.translation, UNKNOWN), str(pair.inliers), str(pair.matches)]
+        cells = [pair.image1, pair.image2, _verdict(pair), _DEGENERACIES.get(pair.degeneracy, UNKNOWN), str(pair.inliers), str(pair.matches)]
         for side in (1, 2):
             focal = _focal_of(pair, side)
             cells += [_camera(getattr(pair, f"camera{side}")), focal, getattr(pair, f"focal{side}_source") or UNKNOWN] if cameras else [focal]

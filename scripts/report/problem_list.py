@@ -17,7 +17,7 @@ _MOST_STEPS, _UNKNOWN_PLACE = 32767, -32768  # Of a coordinate in 16 bits; of on
 def undetermined_text(translation, task):
     """Of what the matches leave open, why, as diffsac_pair says it. Empty where it is determined."""
     letter, moved = {"homography": "H", "fundamental": "F"}.get(task, "t"), "F" if task == "fundamental" else "t"
-    return {"turn_in_place": "t is not determined: the camera only turned",
+    return {"pure_rotation": "t is not determined: the camera only turned",
             "static": f"{moved} is not determined: the images show no motion",
             "plane": f"{letter} is not determined: the matches lie on one plane, or the camera only turned",
             "line": f"{letter} is not determined: the matches lie on one line"}.get(translation, "")
@@ -40,8 +40,8 @@ class Estimates:
     """One method on one condition of estimates.h5, in the order of problems.csv."""
 
     def __init__(self, group):
-        self._columns = {name: group[name][()] for name in ("index", "model", "pose", "noise_scale", "inliers", "inliers_end")}
-        self._translations = [text.decode() for text in group["translation"][()]] if "translation" in group else []
+        self._columns = {name: group[name][()] for name in ("index", "model", "pose", "sigma", "inliers", "inliers_end")}
+        self._translations = [text.decode() for text in group["degeneracy"][()]] if "degeneracy" in group else []
         self.at = {index: i for i, index in enumerate(self._columns["index"])}
 
     def mask(self, i, points):
@@ -51,7 +51,7 @@ class Estimates:
 
     def details(self, i, task):
         """What a line opens beside the numbers of the list; None where nothing is known."""
-        model, pose, noise = (self._columns[name][i] for name in ("model", "pose", "noise_scale"))
+        model, pose, noise = (self._columns[name][i] for name in ("model", "pose", "sigma"))
         model = model[:np.flatnonzero(np.isfinite(model))[-1] + 1] if np.isfinite(model).any() else model[:0]
         if not len(model) and not np.isfinite(noise):
             return None
@@ -99,7 +99,7 @@ class ProblemList:
         table["shown"] = table["error_px" if "threshold_px" in results else "angle_deg"]
         if "misclassified" in table:
             table["shown"] = table["misclassified"].fillna(table["shown"])
-        chance = table["log_false_alarms"] > 0
+        chance = table["log10_nfa"] > 0
         table["status"] = table["status"].str.replace("_", " ")
         table["status"] = table["status"].where(~chance, table["status"] + ", may be chance")
         table["row"] = table.groupby(["c", "m"]).cumcount()  # Of estimates.h5.

@@ -16,10 +16,10 @@ from runs import Run
 from tables import UNKNOWN, Table, markdown_table
 
 RIGHT, NEARLY = 5.0, 10.0  # Degrees.
-UNDETERMINED = ("turn in place", "static", "plane", "line")
-LIKELY_WRONG = 0.5  # kLikelyWrong of estimators/robust_estimator.h.
+UNDETERMINED = ("pure rotation", "static", "plane", "line")
+LIKELY_WRONG = 0.5  # kLikelyWrong of estimate/robust_estimator.h.
 VERDICTS = ("determined", "may be wrong", *UNDETERMINED, "may be chance", "ambiguous", "not tested", "failed")
-NEEDED = ("angle_deg", "pose_deg", "translation", "has_other_pose")
+NEEDED = ("angle_deg", "pose_deg", "degeneracy", "has_ambiguous_pose")
 
 
 def errors_of(problems):
@@ -29,10 +29,10 @@ def errors_of(problems):
 
 def verdicts_of(problems):
     """One of VERDICTS for each problem: failed, else may be chance, else ambiguous, else may be wrong, else what is said of t."""
-    verdict = problems["translation"].str.replace("_", " ")
-    verdict = verdict.mask((verdict == "determined") & (problems["has_other_pose"] == 1), "ambiguous")
+    verdict = problems["degeneracy"].str.replace("_", " ")
+    verdict = verdict.mask((verdict == "determined") & (problems["has_ambiguous_pose"] == 1), "ambiguous")
     verdict = verdict.mask((verdict == "determined") & (errors_of(problems) > LIKELY_WRONG), "may be wrong")
-    verdict = verdict.mask(problems["log_false_alarms"] > 0, "may be chance")
+    verdict = verdict.mask(problems["log10_nfa"] > 0, "may be chance")
     return verdict.mask((problems["status"] != "ok") | (problems["failed"] == 1), "failed")
 
 
@@ -53,7 +53,7 @@ def share_text(count, of):
 def shares(cell):
     """(count, of): right models whose pose is taken back; wrong poses without any warning."""
     right, off = cell["angle_deg"] <= RIGHT, cell["pose_deg"] > NEARLY
-    taken_back = right & off & cell["translation"].str.replace("_", " ").isin(UNDETERMINED)
+    taken_back = right & off & cell["degeneracy"].str.replace("_", " ").isin(UNDETERMINED)
     unwarned = off & cell["verdict"].isin(("determined", "not tested"))  # Of right models too: a t of the wrong sign, or where there is none.
     wrong = (cell["angle_deg"] > NEARLY) | unwarned
     return (int(taken_back.sum()), int(right.sum())), (int(unwarned.sum()), int(wrong.sum()))

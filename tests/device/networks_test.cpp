@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "device/test_device.h"
-#include "estimators/tiny_network.h"
+#include "estimate/tiny_network.h"
 #include "lab/torch/clnet.h"
 #include "lab/torch/diffsac_network.h"
 #include "lab/torch/edge_block.h"
@@ -20,7 +20,7 @@ using testing::TestDevice;
 // The test's own device computes with the CPU's kernels.
 double Tolerance() { return testing::OnOwnDevice() ? 1e-5 : 1e-3; }
 
-constexpr int kColumns = 9, kFirstPreference = 3;
+constexpr int kColumns = 9, kFirstResidual = 3;
 
 // Whose nearest neighbours and largest values are so by more than rounding.
 PointBatch Ragged() { return BatchOf({RandomFeatures(21, kColumns, Rng(12)), RandomFeatures(17, kColumns, Rng(13))}); }
@@ -33,7 +33,7 @@ DenoiserOptions Options(const std::string& kind, int encoder_layers, bool extras
 }
 
 std::shared_ptr<Denoiser> Network(const DenoiserOptions& options) {
-  auto network = MakeDenoiser(options, {kColumns, kFirstPreference}, Rng(1));
+  auto network = MakeDenoiser(options, {kColumns, kFirstResidual}, Rng(1));
   FillWithWave(*network);
   return network;
 }
@@ -146,7 +146,7 @@ std::vector<Denoised> Run(const NetworkOptions& options, const DenoisingOptions&
   std::vector<FeatureSet> sets;
   const auto examples = TinyExamples(Task::kLine, 2);
   for (const auto& example : examples)
-    sets.push_back(network->features.Compute(SolverSpace(example.problem), Rng(5).Fork("features")));
+    sets.push_back(network->features.Compute(NormalizedProblem(example.problem), Rng(5).Fork("features")));
   const FeatureSet* pointers[] = {&sets[0], &sets[1]};
   const std::uint64_t seeds[] = {7, 8};
   return network->Run(denoising, pointers, seeds, 1);

@@ -8,9 +8,9 @@
 
 #include "device/test_device.h"
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/estimate/diffsac_estimator.h"
 #include "diffsac/problem/tasks.h"
-#include "estimators/tiny_network.h"
+#include "estimate/tiny_network.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
 #include "lab/data/synthetic_two_view.h"
@@ -48,7 +48,7 @@ double Worst(const std::vector<float>& a, const std::vector<float>& b) {
 
 // What the networks say of a batch is the same, and each row estimates something from it.
 void CheckRow(const RobustEstimator& there, const RobustEstimator& here, const std::vector<Example>& examples) {
-  std::vector<SolverSpace> spaces;
+  std::vector<NormalizedProblem> spaces;
   std::vector<const Problem*> problems;
   std::vector<std::uint64_t> seeds;
   for (const auto& example : examples) {
@@ -95,8 +95,9 @@ TEST_CASE("rows that ask the network late, for steps or for both guides work on 
   const auto trained = ReadTrainedConfig(kModels + "line/model.safetensors");
   const auto examples = ExamplesOf(Task::kLine);
   for (const std::string more :
-       {", copies: 0, head_sets: 20", ", head_sets: 5, learned_refit: true", ", max_encoded_points: 30",
-        ", max_decoded_points: 20", ", intermediate_sets: true, copies: 30", ", selection: gumbel"}) {
+       {", num_diffusion_samples: 0, num_guided_samples: 20", ", num_guided_samples: 5, learned_refit: true",
+        ", max_encoded_points: 30", ", max_decoded_points: 20", ", intermediate_sets: true, num_diffusion_samples: 30",
+        ", selection: gumbel"}) {
     CAPTURE(more);
     CheckRow(*Row(trained, TestDeviceName(), more), *Row(trained, "cpu", more + ", engine: libtorch"), examples);
   }

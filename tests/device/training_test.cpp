@@ -34,22 +34,22 @@ validation: {problems: 4, outlier_ratios: [0.2]}
 
 const char* kDiffsac = R"(
 network:
-  features: {kinds: [preference], preference_draws: 20, preference_kept: 4}
+  features: {kinds: [residual], residual_draws: 20, residual_kept: 4}
   denoiser: {kind: pooled, width: 16, encoder_layers: 1, layers: 1, relation: true}
-inference: {copies: 4, sampler: {steps: 2}}
+inference: {num_diffusion_samples: 4, sampler: {steps: 2}}
 train: {noise_copies: 2, precision: float32, positive_weight: 4}
 )";
 
 const char* kNgRansac = R"(
 method: ng_ransac
-network: {features: {kinds: [preference], preference_draws: 20, preference_kept: 4}, width: 16, blocks: 2}
+network: {features: {kinds: [residual], residual_draws: 20, residual_kept: 4}, width: 16, blocks: 2}
 ng_ransac: {initialization_iterations: 3, hypotheses: 2, pools: 3}
 inference: {max_iterations: 5}
 )";
 
 const char* kClnet = R"(
 method: clnet
-network: {features: {kinds: [preference], preference_draws: 20, preference_kept: 4}, width: 16, fewest: 8}
+network: {features: {kinds: [residual], residual_draws: 20, residual_kept: 4}, width: 16, fewest: 8}
 )";
 
 TrainRequest Request(const char* method, const std::string& output, const std::string& device,

@@ -1,19 +1,19 @@
-// SampleConsensus, FindStructures and EstimateDgsac of all models, against what their headers promise for any input.
+// SampleConsensus, FindInstances and EstimateDgsac of all models, against what their headers promise for any input.
 
 #include <cmath>
 #include <cstdint>
 #include <memory>
 #include <numeric>
 
-#include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/samplers/confidence_sampler.h"
-#include "diffsac/consensus/samplers/weighted_sampler.h"
-#include "diffsac/consensus/scores/noise_scales.h"
 #include "diffsac/geometry/absolute_pose.h"
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/hyperplane.h"
+#include "diffsac/ransac/sample_consensus.h"
+#include "diffsac/ransac/samplers/confidence_sampler.h"
+#include "diffsac/ransac/samplers/weighted_sampler.h"
+#include "diffsac/ransac/scores/noise_scales.h"
 #include "fuzz/fuzz_problem.h"
 #include "fuzz/fuzz_target.h"
 
@@ -38,14 +38,14 @@ std::unique_ptr<MinimalSampler> SourceOf(const FuzzProblem& problem, int set_siz
   const Rng rng = Rng(problem.seed).Fork("minimal_sets", static_cast<std::uint64_t>(search));
   const bool all = static_cast<Eigen::Index>(rows.size()) == problem.points.rows();
   if (problem.sets_from == SetsFrom::kWeights)
-    return std::make_unique<WeightedSampler>(Rows(problem.match_ratio, rows), set_size, rng);
+    return std::make_unique<WeightedSampler>(Rows(problem.snn_ratio, rows), set_size, rng);
   if (problem.sets_from == SetsFrom::kConfidences && all)
     return std::make_unique<ConfidenceSampler>(problem.confidences, static_cast<int>(rows.size()), set_size,
                                                problem.likeliest_sets ? Selection::kMaximum : Selection::kProbabilistic,
                                                problem.unique_sets, problem.temperature, rng);
   if (problem.sets_from == SetsFrom::kGiven && all) return std::make_unique<PrecomputedSampler>(problem.minimal_sets);
   return MakeMinimalSampler(problem.source, problem.points(rows, Eigen::all), set_size, rng,
-                            Rows(problem.match_ratio, rows));
+                            Rows(problem.snn_ratio, rows));
 }
 
 std::vector<int> AllRows(const FuzzProblem& problem) {
@@ -124,16 +124,16 @@ void RunOneModel(const FuzzProblem& problem) {
 }
 
 template <MinimalModel Model>
-void RunStructures(const FuzzProblem& problem) {
-  const StructuresResult result = FindStructures<Model>(
+void RunInstances(const FuzzProblem& problem) {
+  const InstancesResult result = FindInstances<Model>(
       problem.points, problem.threshold,
       [&](const std::vector<int>& rows, int search) { return SourceOf(problem, Model::kMinimalSize, rows, search); },
-      problem.options, problem.structures, Rng(problem.seed), problem.priors);
+      problem.options, problem.instances, Rng(problem.seed), problem.priors);
   Require((result.status == Status::kOk) == !result.models.empty(), "structures are found, or there is no model");
   if (result.status != Status::kOk) return;
   Require(static_cast<Eigen::Index>(result.assignment.size()) == problem.points.rows(),
           "there is a label for each point");
-  Require(static_cast<int>(result.models.size()) <= problem.structures.most, "no more structures than are asked for");
+  Require(static_cast<int>(result.models.size()) <= problem.instances.most, "no more structures than are asked for");
   for (const ModelParameters& model : result.models) Require(model.allFinite(), "structures are finite");
   for (std::size_t i = 0; i < result.assignment.size(); ++i) {
     const std::int32_t label = result.assignment[i];
@@ -141,8 +141,8 @@ void RunStructures(const FuzzProblem& problem) {
     if (label == 0) continue;
     const typename Model::Parameters model = result.models[static_cast<std::size_t>(label - 1)];
     const double* point = problem.points.data() + static_cast<Eigen::Index>(i) * problem.points.cols();
-    const bool energy = problem.structures.search == StructureSearch::kEnergy;
-    const double farthest = problem.threshold * (energy ? problem.structures.reach : 1.0);
+    const bool energy = problem.instances.search == InstanceSearch::kPearl;
+    const double farthest = problem.threshold * (energy ? problem.instances.reach : 1.0);
     Require(Model::Residual(model, point) <= farthest, "a structure's points are within the threshold, or its reach");
   }
 }
@@ -163,7 +163,7 @@ void Run(ByteReader* reader) {
   const FuzzProblem problem =
       testing::ReadProblem(reader, Model::kDimension, Model::kMinimalSize, Model::Parameters::SizeAtCompileTime);
   if (what == 0) return RunDgsac<Model>(problem);
-  if (what <= 2) return RunStructures<Model>(problem);
+  if (what <= 2) return RunInstances<Model>(problem);
   RunOneModel<Model>(problem);
 }
 

@@ -5,8 +5,8 @@
 #include <sstream>
 
 #include "diffsac/core/safetensors.h"
-#include "diffsac/estimators/diffsac_model.h"
-#include "diffsac/network/engine/checkpoint_info.h"
+#include "diffsac/estimate/diffsac_model.h"
+#include "diffsac/guidance/engine/checkpoint_info.h"
 #include "fuzz/fuzz_target.h"
 #include "lab/colmap/colmap_test_util.h"
 #include "lab/colmap/lens.h"
@@ -138,7 +138,7 @@ constexpr const char* kConfig =
     "  denoiser: {kind: pooled, width: 16, encoder_layers: 1, layers: 1}\n"
     "train: {iterations: 10, batch_size: 4}\n";
 
-/// As FusedDenoiser reads them: the least network there is.
+/// As CpuDenoiser reads them: the least network there is.
 void AddNetwork(SafetensorsWriter* writer) {
   constexpr std::int64_t kWidth = 16, kHeads = 4;
   const auto add = [&](const std::string& name, const std::vector<std::int64_t>& shape) {

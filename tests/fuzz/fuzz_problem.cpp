@@ -138,11 +138,11 @@ ConsensusOptions ReadOptions(ByteReader* reader) {
   return options;
 }
 
-StructureSearchOptions ReadStructures(ByteReader* reader) {
-  StructureSearchOptions options;
-  options.search = Choose<StructureSearch>(reader);
+InstanceSearchOptions ReadInstances(ByteReader* reader) {
+  InstanceSearchOptions options;
+  options.search = Choose<InstanceSearch>(reader);
   options.most = 1 + reader->Below(6);
-  options.log_false_alarms = reader->Number();
+  options.log10_nfa = reader->Number();
   options.least_chance = reader->Byte() / 255.0;
   options.rounds = reader->Below(4);
   return options;
@@ -196,7 +196,7 @@ void ReadSource(ByteReader* reader, FuzzProblem* problem) {
 FuzzProblem ReadProblem(ByteReader* reader, int dimension, int minimal_size, int parameters) {
   FuzzProblem problem;
   problem.options = ReadOptions(reader);
-  problem.structures = ReadStructures(reader);
+  problem.instances = ReadInstances(reader);
   problem.dgsac = ReadDgsac(reader);
   ReadSource(reader, &problem);
   problem.seed = reader->Byte();
@@ -219,9 +219,9 @@ FuzzProblem ReadProblem(ByteReader* reader, int dimension, int minimal_size, int
     problem.confidences.resize(static_cast<std::size_t>(count) * reader->Below(5));
     for (float& confidence : problem.confidences) confidence = static_cast<float>(reader->Number());
   }
-  problem.match_ratio.resize(count);
+  problem.snn_ratio.resize(count);
   const bool any_quality = reader->Below(4) == 0;
-  for (int i = 0; i < count; ++i) problem.match_ratio[i] = any_quality ? reader->Number() : i % 7;
+  for (int i = 0; i < count; ++i) problem.snn_ratio[i] = any_quality ? reader->Number() : i % 7;
   problem.points = any ? AnyPoints(reader, count, columns) : ModelPoints(reader, count, dimension);
   if (reader->Flag()) Spoil(reader, &problem.points);
   return problem;

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/samplers/make_minimal_sampler.h"
-#include "diffsac/consensus/structures/structures.h"
+#include "diffsac/ransac/instances/instances.h"
+#include "diffsac/ransac/sample_consensus.h"
+#include "diffsac/ransac/samplers/make_minimal_sampler.h"
 #include "fuzz/byte_reader.h"
 #include "lab/baselines/dgsac.h"
 
@@ -14,22 +14,22 @@ namespace diffsac::testing {
 /// Where the minimal sets of a problem come from.
 enum class SetsFrom { kSource, kWeights, kConfidences, kGiven };
 
-/// One call of SampleConsensus, FindStructures or EstimateDgsac, read from bytes. Options are such as their Bind lets
+/// One call of SampleConsensus, FindInstances or EstimateDgsac, read from bytes. Options are such as their Bind lets
 /// pass.
 struct FuzzProblem {
   PointMatrix points;
   double threshold = 1.0;
   ConsensusOptions options;
-  StructureSearchOptions structures;
+  InstanceSearchOptions instances;
   DgsacOptions dgsac;
   SetsFrom sets_from = SetsFrom::kSource;
   MinimalSamplerOptions source;
-  std::vector<double> match_ratio;  ///< one a point, and what kWeights draws in proportion to
-  std::vector<float> confidences;   ///< some rows of one a point
-  bool likeliest_sets = false;      ///< of the confidences
-  bool unique_sets = false;         ///< of the confidences
-  double temperature = 1.0;         ///< of the confidences
-  std::vector<int> minimal_sets;    ///< indices out of range among them
+  std::vector<double> snn_ratio;   ///< one a point, and what kWeights draws in proportion to
+  std::vector<float> confidences;  ///< some rows of one a point
+  bool likeliest_sets = false;     ///< of the confidences
+  bool unique_sets = false;        ///< of the confidences
+  double temperature = 1.0;        ///< of the confidences
+  std::vector<int> minimal_sets;   ///< indices out of range among them
   EstimationPriors priors;
   std::uint64_t seed = 0;
   int threads = 1;

@@ -190,7 +190,7 @@ std::string MakeEstimates() {
   record.inlier_rows = {0, 2};
   record.points = 4;
   record.inlier_probabilities = {0.5f, 0.25f, 0.5f, 1.0f};
-  record.structures = {record.model, record.model};
+  record.instances = {record.model, record.model};
   record.assignment = {1, 0, 2, 1};
   EstimateRecord failed;
   failed.id = "b";

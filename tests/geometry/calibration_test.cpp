@@ -6,7 +6,7 @@
 
 namespace diffsac {
 
-// What is refused, and by which words: tests/estimators/contract_test.cpp, of every function that takes a K.
+// What is refused, and by which words: tests/estimate/contract_test.cpp, of every function that takes a K.
 TEST_CASE("a calibration matrix stays as it is, and one times a number becomes it") {
   Eigen::Matrix3d K;
   K << 1234.567, 0.1, 321.3, 0.0, 1230.1, 241.7, 0.0, 0.0, 1.0;

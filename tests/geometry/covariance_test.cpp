@@ -5,12 +5,12 @@
 #include <cmath>
 #include <limits>
 
-#include "consensus/absolute_pose_scene.h"
 #include "diffsac/geometry/refine.h"
 #include "diffsac/geometry/rotation.h"
 #include "geometry/jacobian_check.h"
 #include "geometry/normalized_errors.h"
 #include "geometry/two_view_problems.h"
+#include "ransac/absolute_pose_scene.h"
 
 namespace diffsac {
 namespace {

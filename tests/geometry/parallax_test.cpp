@@ -46,7 +46,7 @@ Matrix3Parameters AnyEssential(const TwoViewProblem& problem, Rng& rng, std::vec
 }  // namespace
 
 // Told as certain from .35 px of noise on, and with two wrong inliers of 200.
-TEST_CASE("a turn in place is told at every noise, with wrong inliers, for few matches and many") {
+TEST_CASE("a pure rotation is told at every noise, with wrong inliers, for few matches and many") {
   Rng rng(1);
   int told = 0, asked = 0;
   for (const int count : {15, 30, 100, 300, 2000})
@@ -58,10 +58,10 @@ TEST_CASE("a turn in place is told at every noise, with wrong inliers, for few m
           const Matrix3Parameters e = AnyEssential(problem, rng, &inliers);
           const ParallaxTest test = TestTurn(problem.normalized, e, inliers);
           ++asked;
-          if (test.translation != Translation::kTurn) continue;
+          if (test.degeneracy != Degeneracy::kPureRotation) continue;
           ++told;
-          REQUIRE(test.turn);
-          CHECK(RotationAngleDegrees(*test.turn, problem.pose.rotation) <=
+          REQUIRE(test.pure_rotation);
+          CHECK(RotationAngleDegrees(*test.pure_rotation, problem.pose.rotation) <=
                 0.4 * noise / std::sqrt(count / 10.0) + 1e-6);
         }
   CHECK(asked == 300);
@@ -77,8 +77,8 @@ TEST_CASE("a camera that moved is told whatever the noise, what is far beyond it
       Matrix3Parameters e = problem.essential;
       Essential::FitFrom(problem.normalized, Eigen::VectorXd::Ones(60), &e);
       const ParallaxTest test = TestTurn(problem.normalized, e, all);
-      CHECK(test.translation == Translation::kDetermined);
-      CHECK_FALSE(test.turn);
+      CHECK(test.degeneracy == Degeneracy::kDetermined);
+      CHECK_FALSE(test.pure_rotation);
     }
 }
 
@@ -90,10 +90,10 @@ TEST_CASE("no motion is told from a turn, by what the noise leaves certain") {
       std::vector<std::uint8_t> inliers;
       TwoViewProblem problem = Turned(200, noise, 0.05, rng, 0.0);
       Matrix3Parameters e = AnyEssential(problem, rng, &inliers);
-      still += TestTurn(problem.normalized, e, inliers).translation == Translation::kStatic;
+      still += TestTurn(problem.normalized, e, inliers).degeneracy == Degeneracy::kStatic;
       problem = Turned(200, noise, 0.05, rng, 0.5);
       e = AnyEssential(problem, rng, &inliers);
-      CHECK(TestTurn(problem.normalized, e, inliers).translation == Translation::kTurn);
+      CHECK(TestTurn(problem.normalized, e, inliers).degeneracy == Degeneracy::kPureRotation);
     }
   CHECK(still >= 58);
 }
@@ -106,7 +106,7 @@ TEST_CASE("what is told of parallax knows no unit, no order of rows and no turn 
       const std::vector<std::uint8_t> all(100, 1);
       const Matrix3Parameters f =
           AsParameters(FundamentalFromEssential(EssentialFromPose(scene.views.pose), scene.views.k1, scene.views.k2));
-      const Translation expected = on_plane == 1.0 ? Translation::kPlane : Translation::kDetermined;
+      const Degeneracy expected = on_plane == 1.0 ? Degeneracy::kPlane : Degeneracy::kDetermined;
       const auto told = [&](const PointMatrix& points, const Eigen::Matrix3d& from) {
         const Eigen::Matrix3d inverse = from.inverse();
         return TestPlane(points, AsParameters(inverse.transpose() * AsMatrix(f) * inverse), all).translation;
@@ -159,7 +159,7 @@ TEST_CASE("wrong matches say nothing of parallax") {
           inliers.push_back(SampsonError(e, problem.normalized.row(i).data()) <= 2.5 * noise / kFocal);
         }
         CAPTURE(noise, wrong, trial);
-        CHECK(TestTurn(problem.normalized, e, inliers).translation == Translation::kDetermined);
+        CHECK(TestTurn(problem.normalized, e, inliers).degeneracy == Degeneracy::kDetermined);
       }
 }
 
@@ -179,9 +179,9 @@ TEST_CASE("errors along rows of pixels are no parallax") {
     const Matrix3Parameters e =
         AsParameters(EssentialFromPose({Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitX()}));
     const std::vector<std::uint8_t> all(count, 1);
-    CHECK(TestTurn(points, e, all).translation == Translation::kStatic);
+    CHECK(TestTurn(points, e, all).degeneracy == Degeneracy::kStatic);
     for (int i = 0; i < count; i += 10) points(i, 2) += rng.Uniform(0.01, 0.05);  // Near things, all to one side.
-    CHECK(TestTurn(points, e, all).translation == Translation::kDetermined);
+    CHECK(TestTurn(points, e, all).degeneracy == Degeneracy::kDetermined);
   }
 }
 
@@ -198,16 +198,16 @@ TEST_CASE("turns are found with two unknown focal lengths") {
     points.leftCols(2) /= factors[0];
     points.rightCols(2) /= factors[1];
     const Matrix3Parameters e = AsParameters(EssentialFromPose({problem.pose.rotation, RandomDirection(rng)}));
-    CHECK(TestTurn(points, e, all).translation == Translation::kTurn);
+    CHECK(TestTurn(points, e, all).degeneracy == Degeneracy::kPureRotation);
   }
 }
 
 TEST_CASE("what shows nothing is not tested") {
   const Matrix3Parameters e = AsParameters(EssentialFromPose({}));
-  CHECK(TestTurn(PointMatrix(0, 4), e, {}).translation == Translation::kNotTested);
-  CHECK(TestTurn(PointMatrix::Zero(5, 4), e, {1, 1, 1, 1, 1}).translation == Translation::kNotTested);
-  CHECK(TestTurn(PointMatrix::Constant(5, 4, std::nan("")), e, {1, 1, 1, 1, 1}).translation == Translation::kNotTested);
-  CHECK(TestPlane(PointMatrix::Random(5, 4), e, {1, 0, 0, 0, 0}).translation == Translation::kNotTested);
+  CHECK(TestTurn(PointMatrix(0, 4), e, {}).degeneracy == Degeneracy::kNotTested);
+  CHECK(TestTurn(PointMatrix::Zero(5, 4), e, {1, 1, 1, 1, 1}).degeneracy == Degeneracy::kNotTested);
+  CHECK(TestTurn(PointMatrix::Constant(5, 4, std::nan("")), e, {1, 1, 1, 1, 1}).degeneracy == Degeneracy::kNotTested);
+  CHECK(TestPlane(PointMatrix::Random(5, 4), e, {1, 0, 0, 0, 0}).degeneracy == Degeneracy::kNotTested);
 }
 
 }  // namespace diffsac

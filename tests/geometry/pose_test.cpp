@@ -106,21 +106,21 @@ TEST_CASE("Only points that are behind by more than noise cannot be in front") {
       return Eigen::Vector4d(first[0] / first[2], first[1] / first[2], second[0] / second[2], second[1] / second[2]);
     };
     const Eigen::Vector4d near = point_at(rng.Uniform(3.0, 8.0)), far = point_at(1e4);
-    CHECK(MayBeInFront(pose, near.data(), kNoise));
-    CHECK(MayBeInFront(pose, far.data(), kNoise));
-    CHECK(MayBeInFront(opposite, far.data(), kNoise));
-    CHECK_FALSE(MayBeInFront(opposite, far.data(), 1e-7));
+    CHECK(PassesCheirality(pose, near.data(), kNoise));
+    CHECK(PassesCheirality(pose, far.data(), kNoise));
+    CHECK(PassesCheirality(opposite, far.data(), kNoise));
+    CHECK_FALSE(PassesCheirality(opposite, far.data(), 1e-7));
     // What is seen along the baseline may be anywhere.
     const Eigen::Vector3d a = pose.rotation * near.head<2>().homogeneous(), b = near.tail<2>().homogeneous();
     const double parallax = std::min(a.cross(b).norm() / (a.norm() * b.norm()),
                                      std::min(a.cross(pose.translation).norm(), b.cross(pose.translation).norm()));
-    if (parallax > 0.05) CHECK_FALSE(MayBeInFront(opposite, near.data(), kNoise));
+    if (parallax > 0.05) CHECK_FALSE(PassesCheirality(opposite, near.data(), kNoise));
   }
   // Towards the epipole, the noise of an image may put the point on either side of it.
   const RelativePose forward{Eigen::Matrix3d::Identity(), -Eigen::Vector3d::UnitZ()};
   const double across[] = {-2e-4, 0.0, 3e-4, 0.0};
   CHECK_FALSE(InFront(forward, across));
-  CHECK(MayBeInFront(forward, across, kNoise));
+  CHECK(PassesCheirality(forward, across, kNoise));
 }
 
 TEST_CASE("Far points that are all on the wrong side do not choose the sign of t") {

@@ -22,7 +22,7 @@ struct UnknownFocalScene {
   PointMatrix points;
 };
 
-enum class Motion { kAny, kForward, kTurn };
+enum class Motion { kAny, kForward, kPureRotation };
 
 /// `count` points at depths 2 to 8, or on the plane z = 4 + x/2 (`planar`), with normal noise on every coordinate.
 UnknownFocalScene MakeUnknownFocalScene(UnknownFocal unknown, int count, Rng& rng, double noise = 0.0,
@@ -34,8 +34,8 @@ UnknownFocalScene MakeUnknownFocalScene(UnknownFocal unknown, int count, Rng& rn
   double first = unknown == UnknownFocal::kBoth ? focal : 1.0;
   if (unknown == UnknownFocal::kEach) first = std::exp(rng.Uniform(-0.5, 0.5));
   scene.points.resize(count, 4);
-  const Eigen::Vector3d translation =
-      motion == Motion::kTurn ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(scene.pose.translation);
+  const Eigen::Vector3d translation = motion == Motion::kPureRotation ? Eigen::Vector3d(Eigen::Vector3d::Zero())
+                                                                      : Eigen::Vector3d(scene.pose.translation);
   for (int i = 0; i < count;) {
     const double x = rng.Uniform(-0.4, 0.4), y = rng.Uniform(-0.4, 0.4);
     const double depth = planar ? 4.0 / (1.0 - 0.5 * x) : rng.Uniform(2.0, 8.0);

@@ -24,10 +24,10 @@ expect_file() { local file; for file in "$@"; do [[ -s "$file" ]] || fail "missi
 
 # A network and a run small enough for a few seconds.
 tiny=(--config configs/line.yaml --threads 1 --device cpu --seed 3
-  --set data.num_points=40 --set network.features.preference_draws=20 --set network.features.preference_kept=4
+  --set data.num_points=40 --set network.features.residual_draws=20 --set network.features.residual_kept=4
   --set network.denoiser.width=16 --set network.denoiser.encoder_layers=1 --set network.denoiser.layers=1
   --set train.batch_size=8 --set train.noise_copies=2 --set train.warmup_iterations=2 --set train.log_every=5
-  --set validation.problems=8 --set "validation.outlier_ratios=[0.5]" --set inference.copies=4)
+  --set validation.problems=8 --set "validation.outlier_ratios=[0.5]" --set inference.num_diffusion_samples=4)
 
 # run_expecting STATUS COMMAND...: runs it with its output in $own/out and $own/err.
 run_expecting() {

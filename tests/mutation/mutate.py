@@ -18,7 +18,7 @@ import subprocess
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-ROOMS = "diffsac/geometry,diffsac/consensus,diffsac/problem,diffsac/network,lab/data,lab/eval"
+ROOMS = "diffsac/geometry,diffsac/ransac,diffsac/problem,diffsac/guidance,lab/data,lab/eval"
 SLOWEST = 1800  # Seconds that a test program may run.
 
 NUMBER = r"(?<![\w.\"'])"

@@ -30,12 +30,12 @@ TEST_CASE("points that all lie on one axis-parallel line or plane are no chance"
   turned << 0.6 * line.col(0) - 0.8 * line.col(1), 0.8 * line.col(0) + 0.6 * line.col(1);
   CHECK(SlabShare(turned, 0.1) == Approx(SlabShare(line, 0.1)));
   Problem problem{Task::kLine, line, 0.1};
-  CHECK(LogFalseAlarmsOf(problem, 101, 0.1) < -100.0);
-  CHECK(LogFalseAlarmsOf(problem, 4, 0.1) > 0.0);
+  CHECK(Log10NfaOf(problem, 101, 0.1) < -100.0);
+  CHECK(Log10NfaOf(problem, 4, 0.1) > 0.0);
   PointMatrix plane = PointMatrix::Random(300, 3);
   plane.col(2).setZero();
   problem = {Task::kPlane, plane, 0.01};
-  CHECK(LogFalseAlarmsOf(problem, 300, 0.01) < -100.0);
+  CHECK(Log10NfaOf(problem, 300, 0.01) < -100.0);
   CHECK(SlabShare(plane.topRows(0), 0.1) == 1.0);
   CHECK(SlabShare(plane.topRows(1), 0.1) == 1.0);
 }

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "core/errors.h"
-#include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/ransac/samplers/minimal_sampler.h"
 #include "lab/data/synthetic.h"
 #include "lab/options/options.h"
 
@@ -31,7 +31,7 @@ std::vector<int> DrawSets(const Problem& problem, int count) {
   return diffsac::DrawSets(source, set_size, count);
 }
 
-PointFeatures Features(Task task, std::vector<PointFeature> kinds = {PointFeature::kPreference}) {
+PointFeatures Features(Task task, std::vector<PointFeature> kinds = {PointFeature::kResidual}) {
   PointFeaturesOptions options;
   options.kinds = std::move(kinds);
   return PointFeatures(options, task);
@@ -47,9 +47,9 @@ TEST_CASE("feature counts: columns, hypotheses, kept models") {
     const int d = PointDimension(task);
     CHECK(Features(task).width() == 48);
     CHECK(Features(task, {PointFeature::kCoordinates}).width() == d);
-    CHECK(Features(task, {PointFeature::kPreference, PointFeature::kCoordinates}).width() == 48 + d);
+    CHECK(Features(task, {PointFeature::kResidual, PointFeature::kCoordinates}).width() == 48 + d);
     const FeatureSet both =
-        Features(task, {PointFeature::kCoordinates, PointFeature::kPreference}).Compute(problem, Rng(1));
+        Features(task, {PointFeature::kCoordinates, PointFeature::kResidual}).Compute(problem, Rng(1));
     CHECK(both.values.rows() == 100);
     CHECK(both.values.cols() == 48 + d);
     CHECK(both.values.allFinite());
@@ -63,7 +63,7 @@ TEST_CASE("feature counts: columns, hypotheses, kept models") {
   }
 }
 
-TEST_CASE("preference columns are what the header says") {
+TEST_CASE("residual columns are what the header says") {
   const Problem problem = MakeProblem(Task::kLine);
   const FeatureSet features = Features(Task::kLine).Compute(problem, Rng(1));
   for (int j = 0; j < 16; ++j) {
@@ -91,8 +91,8 @@ TEST_CASE("permuted points with renamed sets give permuted features") {
   for (Task task : {Task::kLine, Task::kPlane}) {
     const Problem problem = MakeProblem(task, 77);
     const std::vector<int> sets = DrawSets(problem, 100);
-    const PointFeatures features = Features(task, {PointFeature::kCoordinates, PointFeature::kPreference});
-    const FeatureSet before = features.ComputeFromSets(SolverSpace(problem), sets);
+    const PointFeatures features = Features(task, {PointFeature::kCoordinates, PointFeature::kResidual});
+    const FeatureSet before = features.ComputeFromSets(NormalizedProblem(problem), sets);
     const std::vector<int> place = Rng(9).Permutation(77);  // point i moves to place[i]
     Problem moved = problem;
     for (int i = 0; i < 77; ++i) moved.points.row(place[i]) = problem.points.row(i);
@@ -102,7 +102,7 @@ TEST_CASE("permuted points with renamed sets give permuted features") {
       for (int k = 0; k < size; ++k) renamed.push_back(place[sets[s + k]]);
       std::sort(renamed.end() - size, renamed.end());
     }
-    FeatureSet after = features.ComputeFromSets(SolverSpace(moved), renamed);
+    FeatureSet after = features.ComputeFromSets(NormalizedProblem(moved), renamed);
     FeatureSet back = after;
     for (int i = 0; i < 77; ++i) back.values.row(i) = after.values.row(place[i]);
     CHECK(Difference(before, back) < 1e-5f);
@@ -113,13 +113,13 @@ TEST_CASE("preference does not see rigid motions and scale, coordinates not tran
   for (Task task : {Task::kLine, Task::kPlane}) {
     const Problem problem = MakeProblem(task);
     const std::vector<int> sets = DrawSets(problem, 100);
-    const SolverSpace space(problem);
+    const NormalizedProblem space(problem);
     Problem moved = problem;
     moved.points *= 3.0;
     moved.inlier_threshold *= 3.0;
     moved.points.col(0).array() += 40.0;
-    const PointFeatures both = Features(task, {PointFeature::kCoordinates, PointFeature::kPreference});
-    CHECK(Difference(both.ComputeFromSets(space, sets), both.ComputeFromSets(SolverSpace(moved), sets)) < 1e-4f);
+    const PointFeatures both = Features(task, {PointFeature::kCoordinates, PointFeature::kResidual});
+    CHECK(Difference(both.ComputeFromSets(space, sets), both.ComputeFromSets(NormalizedProblem(moved), sets)) < 1e-4f);
     const double angle = 0.7;
     for (Eigen::Index i = 0; i < moved.points.rows(); ++i) {
       const double x = moved.points(i, 0), y = moved.points(i, 1);
@@ -127,8 +127,8 @@ TEST_CASE("preference does not see rigid motions and scale, coordinates not tran
       moved.points(i, 1) = std::sin(angle) * x + std::cos(angle) * y;
     }
     const PointFeatures preference = Features(task);
-    CHECK(Difference(preference.ComputeFromSets(space, sets), preference.ComputeFromSets(SolverSpace(moved), sets)) <
-          1e-4f);
+    CHECK(Difference(preference.ComputeFromSets(space, sets),
+                     preference.ComputeFromSets(NormalizedProblem(moved), sets)) < 1e-4f);
   }
 }
 
@@ -163,7 +163,7 @@ TEST_CASE("degenerate points give finite features and no hypotheses") {
     Problem problem = MakeProblem(task, 20);
     problem.points.setConstant(2.5);
     const FeatureSet features =
-        Features(task, {PointFeature::kCoordinates, PointFeature::kPreference}).Compute(problem, Rng(1));
+        Features(task, {PointFeature::kCoordinates, PointFeature::kResidual}).Compute(problem, Rng(1));
     CHECK(features.hypotheses == 0);
     CHECK(features.models.empty());
     CHECK(features.values.isZero());
@@ -177,7 +177,7 @@ TEST_CASE("degenerate points give finite features and no hypotheses") {
 TEST_CASE("feature options are checked") {
   CHECK(ErrorOf([] { ReadOptions<PointFeaturesOptions>(ConfigFromYaml("kinds: [preferences]")); }) != "");
   CHECK(ErrorOf([] { ReadOptions<PointFeaturesOptions>(ConfigFromYaml("kinds: []")); }) != "");
-  CHECK(ErrorOf([] { ReadOptions<PointFeaturesOptions>(ConfigFromYaml("preference_kept: 0")); }) != "");
+  CHECK(ErrorOf([] { ReadOptions<PointFeaturesOptions>(ConfigFromYaml("residual_kept: 0")); }) != "");
 }
 
 }  // namespace diffsac

@@ -86,7 +86,7 @@ TEST_CASE("two-view features: columns of each kind, side by side in their order"
     CHECK(Features(task, {PointFeature::kRatio}).width() == 5);
     CHECK(Features(task, {PointFeature::kDescriptors}).width() == 260);
     CHECK(Features(task, {PointFeature::kDescriptors, PointFeature::kRatio}).width() == 261);
-    const FeatureSet all = Features(task, {PointFeature::kPreference, PointFeature::kDescriptors, PointFeature::kRatio})
+    const FeatureSet all = Features(task, {PointFeature::kResidual, PointFeature::kDescriptors, PointFeature::kRatio})
                                .Compute(problem, Rng(1));
     REQUIRE(all.values.cols() == 261 + 48);
     CHECK(all.values.allFinite());
@@ -94,7 +94,7 @@ TEST_CASE("two-view features: columns of each kind, side by side in their order"
     CHECK(all.values.leftCols(5) == Features(task, {PointFeature::kRatio}).Compute(problem, Rng(1)).values);
     CHECK(all.values.middleCols(5, 256) ==
           Features(task, {PointFeature::kDescriptors}).Compute(problem, Rng(1)).values.rightCols(256));
-    CHECK(all.values.rightCols(48) == Features(task, {PointFeature::kPreference}).Compute(problem, Rng(1)).values);
+    CHECK(all.values.rightCols(48) == Features(task, {PointFeature::kResidual}).Compute(problem, Rng(1)).values);
   }
 }
 
@@ -102,17 +102,17 @@ TEST_CASE("two-view similarities: columns between the others and preference, 0 w
   for (Task task : kTasks) {
     Problem problem = MakeExample(task).problem;
     const std::vector<PointFeature> without = {PointFeature::kRatio, PointFeature::kNeighborhood,
-                                               PointFeature::kPreference};
+                                               PointFeature::kResidual};
     std::vector<PointFeature> with = without;
     with.push_back(PointFeature::kSimilarity);
     const FeatureSet before = Features(task, without).Compute(problem, Rng(1));
     const FeatureSet none = Features(task, with).Compute(problem, Rng(1));
     REQUIRE(none.values.cols() == before.values.cols() + 6);
-    CHECK(Features(task, with).first_preference() == 8 + 6);
+    CHECK(Features(task, with).first_residual() == 8 + 6);
     CHECK((none.values.middleCols(8, 6).array() == 0.0f).all());
-    problem.similarities.resize(problem.points.rows(), 2);
+    problem.scale_rotation_changes.resize(problem.points.rows(), 2);
     Rng rng(2);
-    for (double& value : problem.similarities.reshaped()) value = rng.Normal();
+    for (double& value : problem.scale_rotation_changes.reshaped()) value = rng.Normal();
     const FeatureSet known = Features(task, with).Compute(problem, Rng(1));
     CHECK((known.values.col(13).array() == 1.0f).all());
     CHECK(known.values.allFinite());
@@ -161,9 +161,9 @@ TEST_CASE("two-view coordinates do not see image size and focal length") {
 TEST_CASE("two-view ratios are standardised, and 0 where there are none") {
   Problem problem = MakeExample(Task::kFundamental).problem;
   const PointFeatures features = Features(Task::kFundamental, {PointFeature::kRatio});
-  problem.match_ratio[5] = 0.95;
+  problem.snn_ratio[5] = 0.95;
   CHECK(features.Compute(problem, Rng(1)).values(5, 4) == Approx(1.0));
-  problem.match_ratio.resize(0);
+  problem.snn_ratio.resize(0);
   CHECK(features.Compute(problem, Rng(1)).values.col(4).isZero());
 }
 
@@ -196,10 +196,10 @@ TEST_CASE("two-view descriptors are scaled for each image, whatever their unit")
   CHECK(Has(ErrorOf([&] { features.Compute(other, Rng(1)); }), "64"));
 }
 
-TEST_CASE("two-view preference columns are what the header says") {
+TEST_CASE("two-view residual columns are what the header says") {
   for (Task task : kTasks) {
     const Problem problem = MakeExample(task, 2).problem;
-    const FeatureSet features = Features(task, {PointFeature::kPreference}).Compute(problem, Rng(1));
+    const FeatureSet features = Features(task, {PointFeature::kResidual}).Compute(problem, Rng(1));
     PointMatrix points = problem.points;
     double threshold = problem.inlier_threshold;
     if (task == Task::kEssential) {
@@ -231,7 +231,7 @@ TEST_CASE("two-view features do not see the truth") {
   for (Task task : kTasks) {
     Example example = MakeExample(task, 3, 128);
     const PointFeatures features =
-        Features(task, {PointFeature::kRatio, PointFeature::kDescriptors, PointFeature::kPreference});
+        Features(task, {PointFeature::kRatio, PointFeature::kDescriptors, PointFeature::kResidual});
     const FeatureSet before = features.Compute(example.problem, Rng(1));
     example.truth.model.setConstant(7.0);
     example.truth.pose.reset();
@@ -253,7 +253,7 @@ TEST_CASE("degenerate two-view points give finite features") {
       if (!calibrated && task == Task::kEssential) continue;
       if (!calibrated) problem.cameras.reset();
       const FeatureSet features =
-          Features(task, {PointFeature::kRatio, PointFeature::kPreference}).Compute(problem, Rng(1));
+          Features(task, {PointFeature::kRatio, PointFeature::kResidual}).Compute(problem, Rng(1));
       CHECK(features.values.allFinite());
       CHECK(features.hypotheses == 0);
     }

@@ -1,4 +1,4 @@
-#include "diffsac/problem/preference_kernels.h"
+#include "diffsac/problem/residual_kernels.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -19,7 +19,7 @@ constexpr int kCorrect = 60, kWrong = 240;
 
 // Few correct matches, which move by one similarity, up to noise; the keypoints of wrong ones differ anyhow.
 struct Scene {
-  PointMatrix points = PointMatrix(kCorrect + kWrong, 4), similarities = PointMatrix(kCorrect + kWrong, 2);
+  PointMatrix points = PointMatrix(kCorrect + kWrong, 4), scale_rotation_changes = PointMatrix(kCorrect + kWrong, 2);
   Eigen::VectorXd ratios = Eigen::VectorXd(kCorrect + kWrong);
 };
 
@@ -37,14 +37,14 @@ Scene MakeScene() {
       angle = std::remainder(3.0 + 0.1 * rng.Normal(), 2.0 * kPi);  // on both sides of π
     }
     scene.points.row(i) << first.transpose(), second.transpose();
-    scene.similarities.row(i) << log_scale, angle;
+    scene.scale_rotation_changes.row(i) << log_scale, angle;
     scene.ratios[i] = i < kCorrect ? rng.Uniform(0.5, 0.95) : rng.Uniform(0.6, 1.0);
   }
   return scene;
 }
 
 auto FeaturesOf(const Scene& scene) {
-  return SimilarityFeatures(scene.points, scene.similarities, FindGoodNeighbors(scene.points, scene.ratios));
+  return SimilarityFeatures(scene.points, scene.scale_rotation_changes, FindGoodNeighbors(scene.points, scene.ratios));
 }
 
 float Difference(const Scene& a, const Scene& b) { return (FeaturesOf(a) - FeaturesOf(b)).cwiseAbs().maxCoeff(); }
@@ -55,7 +55,7 @@ Scene Turned(const Scene& scene, double angle1, double angle2) {
   const Eigen::Matrix2d turn2 = Eigen::Rotation2Dd(angle2).toRotationMatrix();
   turned.points.leftCols(2) = scene.points.leftCols(2) * turn1.transpose();
   turned.points.rightCols(2) = scene.points.rightCols(2) * turn2.transpose();
-  for (double& angle : turned.similarities.col(1)) angle = std::remainder(angle + angle2 - angle1, 2.0 * kPi);
+  for (double& angle : turned.scale_rotation_changes.col(1)) angle = std::remainder(angle + angle2 - angle1, 2.0 * kPi);
   return turned;
 }
 
@@ -65,8 +65,8 @@ double ErrorOf(const Scene& scene, int i, int j) {
   const Eigen::Vector2d step2 = (scene.points.row(j) - scene.points.row(i)).tail<2>();
   double most = 0.0;
   for (const int k : {i, j}) {
-    const double scale = std::exp(scene.similarities(k, 0));
-    const Eigen::Vector2d moved = Eigen::Rotation2Dd(scene.similarities(k, 1)) * (scale * step1);
+    const double scale = std::exp(scene.scale_rotation_changes(k, 0));
+    const Eigen::Vector2d moved = Eigen::Rotation2Dd(scene.scale_rotation_changes(k, 1)) * (scale * step1);
     most = std::max(most, (moved - step2).norm() / std::min(step2.norm() + 0.02, scale * (step1.norm() + 0.02)));
   }
   return std::min(most, 100.0);
@@ -83,8 +83,8 @@ Eigen::RowVector4d Expected(const Scene& scene, const GoodNeighbors& around, int
       const int j = around.good[number];
       errors.push_back(ErrorOf(scene, i, j));
       support += 1.0 / (1.0 + std::pow(errors.back() / 0.3, 2));
-      scales.push_back(std::abs(scene.similarities(j, 0) - scene.similarities(i, 0)));
-      turns.push_back(TurnBetween(scene.similarities(i, 1), scene.similarities(j, 1)));
+      scales.push_back(std::abs(scene.scale_rotation_changes(j, 0) - scene.scale_rotation_changes(i, 0)));
+      turns.push_back(TurnBetween(scene.scale_rotation_changes(i, 1), scene.scale_rotation_changes(j, 1)));
     }
     for (auto* values : {&errors, &scales, &turns}) std::sort(values->begin(), values->end());
     error += 0.5 * errors[3];
@@ -100,8 +100,8 @@ double DensityOf(const Scene& scene, const GoodNeighbors& around, int i) {
   int others = 0;
   for (const std::int32_t j : around.good) {
     if (j == i) continue;
-    const double scale = scene.similarities(j, 0) - scene.similarities(i, 0);
-    const double turn = TurnBetween(scene.similarities(i, 1), scene.similarities(j, 1));
+    const double scale = scene.scale_rotation_changes(j, 0) - scene.scale_rotation_changes(i, 0);
+    const double turn = TurnBetween(scene.scale_rotation_changes(i, 1), scene.scale_rotation_changes(j, 1));
     sum += std::exp(-(scale * scale + turn * turn) / (2.0 * 0.3 * 0.3));
     ++others;
   }
@@ -139,10 +139,10 @@ TEST_CASE("similarity features: exchange, mirror and turns change nothing") {
   const Scene scene = MakeScene();
   Scene exchanged = scene, mirrored = scene;
   exchanged.points << scene.points.rightCols(2), scene.points.leftCols(2);
-  exchanged.similarities *= -1.0;
+  exchanged.scale_rotation_changes *= -1.0;
   mirrored.points.col(0) *= -1.0;
   mirrored.points.col(2) *= -1.0;
-  mirrored.similarities.col(1) *= -1.0;
+  mirrored.scale_rotation_changes.col(1) *= -1.0;
   CHECK(Difference(scene, exchanged) < 1e-3f);
   CHECK(Difference(scene, mirrored) < 1e-4f);
   CHECK(Difference(scene, Turned(scene, 1.3, 1.3)) < 1e-3f);
@@ -157,7 +157,7 @@ TEST_CASE("similarity features: permuted matches have permuted features") {
   const auto order = Rng(3).Permutation(kCorrect + kWrong);
   for (int i = 0; i < kCorrect + kWrong; ++i) {
     permuted.points.row(i) = scene.points.row(order[i]);
-    permuted.similarities.row(i) = scene.similarities.row(order[i]);
+    permuted.scale_rotation_changes.row(i) = scene.scale_rotation_changes.row(order[i]);
     permuted.ratios[i] = scene.ratios[order[i]];
   }
   const auto values = FeaturesOf(scene), after = FeaturesOf(permuted);
@@ -167,12 +167,12 @@ TEST_CASE("similarity features: permuted matches have permuted features") {
 
 TEST_CASE("similarity features: 0 without similarities and for few matches, and always finite") {
   Scene scene = MakeScene();
-  scene.similarities.resize(0, 0);
+  scene.scale_rotation_changes.resize(0, 0);
   CHECK((FeaturesOf(scene).array() == 0.0f).all());
   for (const int count : {0, 1, 8, 9, 17}) {
     Scene few;
     few.points = PointMatrix::Zero(count, 4);
-    few.similarities = PointMatrix::Zero(count, 2);
+    few.scale_rotation_changes = PointMatrix::Zero(count, 2);
     few.ratios.resize(0);
     const auto values = FeaturesOf(few);
     REQUIRE(values.rows() == count);
@@ -180,7 +180,7 @@ TEST_CASE("similarity features: 0 without similarities and for few matches, and 
     CHECK((count <= 8) == (values.array() == 0.0f).all());
   }
   scene = MakeScene();
-  scene.similarities.col(0) *= 1e6;
+  scene.scale_rotation_changes.col(0) *= 1e6;
   scene.points.row(3) << 1e200, -1e200, 1e10, 0.0;
   CHECK(FeaturesOf(scene).allFinite());
 }
@@ -191,12 +191,15 @@ TEST_CASE("similarities are told in the units of coordinates") {
   pixels.leftCols(2) *= 500.0;
   pixels.rightCols(2) *= 800.0;
   pixels.array() += 300.0;
-  const PointMatrix changed = InCoordinates(scene.similarities, pixels, scene.points);
-  CHECK((changed.col(1) - scene.similarities.col(1)).norm() == 0.0);
-  CHECK((changed.col(0).array() - scene.similarities.col(0).array() - std::log(500.0 / 800.0)).abs().maxCoeff() < 1e-9);
+  const PointMatrix changed = InCoordinates(scene.scale_rotation_changes, pixels, scene.points);
+  CHECK((changed.col(1) - scene.scale_rotation_changes.col(1)).norm() == 0.0);
+  CHECK((changed.col(0).array() - scene.scale_rotation_changes.col(0).array() - std::log(500.0 / 800.0))
+            .abs()
+            .maxCoeff() < 1e-9);
   CHECK(InCoordinates({}, pixels, scene.points).size() == 0);
   // All in one place.
-  CHECK(InCoordinates(scene.similarities, PointMatrix::Ones(300, 4), PointMatrix::Zero(300, 4)) == scene.similarities);
+  CHECK(InCoordinates(scene.scale_rotation_changes, PointMatrix::Ones(300, 4), PointMatrix::Zero(300, 4)) ==
+        scene.scale_rotation_changes);
 }
 
 TEST_CASE("a similarity is what is between two keypoints, its turn above −π and at most π") {

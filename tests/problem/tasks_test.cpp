@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/errors.h"
-#include "diffsac/problem/solver_space.h"
+#include "diffsac/problem/normalized_problem.h"
 #include "lab/options/options.h"
 
 namespace diffsac {
@@ -82,14 +82,14 @@ TEST_CASE("the key model is one of the task's models") {
 
 TEST_CASE("the essential matrix is solved in normalised coordinates, the others in the data's") {
   const Problem calibrated = TwoViewProblem(Task::kEssential);
-  const SolverSpace space(calibrated);
+  const NormalizedProblem space(calibrated);
   CHECK(space.is_normalized());
   CHECK(space.unit() == 560.0);
   CHECK(space.threshold() == 3.0 / 560.0);
   CHECK(space.points() == NormalizedCoordinates(calibrated.points, calibrated.cameras->K1, calibrated.cameras->K2));
   for (const Task task : {Task::kHomography, Task::kFundamental}) {
     const Problem problem = TwoViewProblem(task);
-    const SolverSpace pixels(problem);
+    const NormalizedProblem pixels(problem);
     CHECK_FALSE(pixels.is_normalized());
     CHECK(&pixels.points() == &problem.points);
     CHECK(pixels.threshold() == 3.0);
@@ -102,7 +102,7 @@ TEST_CASE("a problem without what its task needs is no problem to work on") {
   problem.cameras.reset();
   CHECK_FALSE(HasItsNeeds(problem));
   CHECK(CheckProblem(problem) == Status::kDegenerate);
-  CHECK_FALSE(SolverSpace(problem).is_normalized());
+  CHECK_FALSE(NormalizedProblem(problem).is_normalized());
   const CameraPair good = *TwoViewProblem(Task::kEssential).cameras;
   for (const double broken : {0.0, std::nan(""), -1.0}) {
     problem.cameras = CameraPair{broken * good.K1, good.K2 * (broken < 0.0 ? -1.0 : 1.0)};

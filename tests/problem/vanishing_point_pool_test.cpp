@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <numbers>
 
-#include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/geometry/vanishing_point.h"
+#include "diffsac/ransac/samplers/minimal_sampler.h"
 #include "geometry/segments.h"
 
 namespace diffsac {

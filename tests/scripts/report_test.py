@@ -75,7 +75,7 @@ def evaluate(folder, config, *arguments):
 
 
 class PhotographsTest(unittest.TestCase):
-    HEADER = ("image1,image2,status,may_be_chance,focal1_px,focal2_px,matches,inliers,translation,focal1_source,focal2_source,"
+    HEADER = ("image1,image2,status,may_be_chance,focal1_px,focal2_px,matches,inliers,degeneracy,focal1_source,focal2_source,"
               "camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,focal2_high_px\n")
 
     def table_of(self, rows, program="diffsac_pair"):
@@ -409,18 +409,18 @@ class PartsTest(unittest.TestCase):
 
 
 class VerdictsTest(unittest.TestCase):
-    PROBLEMS = (  # condition, status, angle_deg, failed, log_false_alarms, pose_deg, translation, has_other_pose
+    PROBLEMS = (  # condition, status, angle_deg, failed, log10_nfa, pose_deg, degeneracy, has_ambiguous_pose
         "all,ok,1,0,-9,1,determined,0", "all,ok,2,0,-9,170,determined,0",  # The second's t has the wrong sign.
-        "all,ok,3,0,-9,180,turn_in_place,0", "all,ok,4,0,-9,4,turn_in_place,0",  # Taken back; a turn that is one.
+        "all,ok,3,0,-9,180,pure_rotation,0", "all,ok,4,0,-9,4,pure_rotation,0",  # Taken back; a turn that is one.
         "all,ok,5,0,2,180,static,0",  # Taken back, and flagged.
         "all,ok,7,0,-9,7,determined,1", "all,ok,30,0,-9,30,determined,0", "all,ok,40,0,1,40,determined,1", "all,no_model,180,1,,180,not_tested,0",
         "hard,ok,20,0,,20,not_tested,0", "hard,ok,,0,,,determined,0")  # The last one's truth is not known.
 
-    def run_folder(self, folder, columns="translation,has_other_pose"):
+    def run_folder(self, folder, columns="degeneracy,has_ambiguous_pose"):
         files.write_whole(os.path.join(folder, "results.json"), json.dumps(
             {"title": "", "experiment": "made_up", "partial": False, "task": "essential", "methods": [{"name": "a", "label": "A"}]}))
         lines = [f"p{i},s,a,{line}" for i, line in enumerate(self.PROBLEMS)]
-        header = f"id,scene,method,condition,status,angle_deg,failed,log_false_alarms,pose_deg,{columns}"
+        header = f"id,scene,method,condition,status,angle_deg,failed,log10_nfa,pose_deg,{columns}"
         files.write_whole(os.path.join(folder, "problems.csv"), "\n".join([header, *lines]) + "\n")
         return runs.Run(folder)
 
@@ -429,7 +429,7 @@ class VerdictsTest(unittest.TestCase):
             cells = dict(zip(("all", "hard"), (cell for _, cell in verdicts.cells_of(self.run_folder(folder), []))))
             rows = {row.cells[0]: row.cells[1:] for row in verdicts.verdict_table(cells["all"]).rows}
             self.assertEqual(rows["determined"], ["2", "0", "1", "3", "1"])
-            self.assertEqual(rows["turn in place"], ["2", "0", "0", "2", "1"])
+            self.assertEqual(rows["pure rotation"], ["2", "0", "0", "2", "1"])
             self.assertEqual(rows["static"], ["0"] * 5)  # May be chance comes first.
             self.assertEqual(rows["may be chance"], ["1", "0", "1", "2", "0"])
             self.assertEqual(rows["ambiguous"], ["0", "1", "0", "1", "1"])
@@ -446,8 +446,8 @@ class VerdictsTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             with self.assertRaisesRegex(ValueError, "has no row b, but: a"):
                 list(verdicts.cells_of(self.run_folder(folder), ["b"]))
-            with self.assertRaisesRegex(ValueError, "problems.csv has no translation: not of two views, or of an earlier version"):
-                list(verdicts.cells_of(self.run_folder(folder, "verdict,has_other_pose"), []))
+            with self.assertRaisesRegex(ValueError, "problems.csv has no degeneracy: not of two views, or of an earlier version"):
+                list(verdicts.cells_of(self.run_folder(folder, "verdict,has_ambiguous_pose"), []))
 
     def test_wilson_intervals(self):
         for count, of, low, high in ((0, 10, 0.0, 0.2775), (5, 10, 0.2366, 0.7634), (10, 10, 0.7225, 1.0), (81, 263, 0.2553, 0.3662)):

@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "core/temporary_folder.h"
-#include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/hyperplane.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/ransac/sample_consensus.h"
+#include "diffsac/ransac/samplers/make_minimal_sampler.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
@@ -87,7 +87,7 @@ methods:
   - {type: prosac, max_iterations: 50}
   - {type: dgsac, max_iterations: 60}
   - {type: oracle}
-  - {type: diffsac, checkpoint: )" + network + R"(, copies: 4, batch: 4}
+  - {type: diffsac, checkpoint: )" + network + R"(, num_diffusion_samples: 4, batch: 4}
 )"));
   const auto run = [&](int threads, const std::atomic<bool>* stop) {
     experiment.threads = threads;
@@ -101,7 +101,7 @@ methods:
   for (std::size_t c = 0; c < one.cells.size(); ++c)
     for (std::size_t i = 0; i < one.cells[c].records.size(); ++i) {
       CHECK(one.cells[c].records[i].error.angle_deg == all.cells[c].records[i].error.angle_deg);
-      CHECK(one.cells[c].records[i].report.hypotheses == all.cells[c].records[i].report.hypotheses);
+      CHECK(one.cells[c].records[i].stats.hypotheses == all.cells[c].records[i].stats.hypotheses);
     }
   // Another thread says stop, as a signal does.
   std::atomic<bool> stop{false};

@@ -33,7 +33,7 @@ inline double SampsonError(const Matrix3Parameters& model, const double* point) 
 
 /// Whether a keypoint turned as the epipolar lines of its match do, within the angle whose cosine is .8 (37°): around a
 /// right match the line in image 1, turned as the keypoint did, lies about along that in image 2. Wrong matches turn in
-/// any way. turn: the cosine and sine of the second column of Problem::similarities. False at an epipole.
+/// any way. turn: the cosine and sine of the second column of Problem::scale_rotation_changes. False at an epipole.
 inline bool TurnsAsLines(const double* f, double x1, double y1, double x2, double y2, const double* turn) {
   constexpr double kLeastCosine = 0.8;
   const double a = (f[0] * x1 + f[1] * y1) + f[2];

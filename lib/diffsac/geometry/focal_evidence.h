@@ -33,7 +33,7 @@ class FocalEvidence {
   bool Select(const FocalParameters& model);
   /// Refines the focal lengths too, and takes κ and PlaneShare from what is left.
   bool Refine(FocalParameters* model);
-  /// How many of the points a homography explains: those of a plane, or of a turn in place, leave E and f open
+  /// How many of the points a homography explains: those of a plane, or of a pure rotation, leave E and f open
   /// together.
   double PlaneShare() const { return plane_share_; }
   /// κ, of matches whose errors go together.

@@ -36,7 +36,7 @@ Matrix IntervalInformation(const Matrix& information, double floor = kIntervalFl
 /// suits the matches best. `loss` and `weights` are those by which the model was refined; points far from *model sit
 /// out.
 ///
-/// Where a homography explains nine tenths of the points (a plane, a turn in place), E and f are open together, and
+/// Where a homography explains nine tenths of the points (a plane, a pure rotation), E and f are open together, and
 /// what noise and outliers say of f is no evidence: the posterior is the prior. Where it explains fewer the interval is
 /// wider (FloorOf).
 ///

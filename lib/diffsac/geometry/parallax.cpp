@@ -169,7 +169,7 @@ Eigen::VectorXd TowardsEpipole(const Eigen::Matrix3d& map, const PointMatrix& po
 struct Compared {
   int parameters, freedom;
   MapFit fit;
-  Translation without;
+  Degeneracy without;
   double chance;  ///< How often parallax may be found of none; bounds are not sharp, of planes least.
 };
 
@@ -182,22 +182,22 @@ ParallaxTest TestAll(const PointMatrix& points, const Matrix3Parameters& model,
   Eigen::Matrix3d map;
   if (!(greatest > 0.0) || !FitRobustly(rows, least, greatest, compared.fit, &map)) return test;
   const Eigen::VectorXd to_lines = RowResiduals<Fundamental>(points, model);
-  test.translation = Translation::kDetermined;
+  test.degeneracy = Degeneracy::kDetermined;
   const Eigen::Matrix3d still = Eigen::Matrix3d::Identity();
   constexpr double kMost = 0.75, kAll = 0.9;
   const bool is_still = Dominates(still, rows, kMost, least, greatest);
   const Eigen::VectorXd to_map = MapDistances(map, points, least, greatest);
   const Evidence found(to_map, to_lines, inliers, compared.parameters, least, chance);
   const bool sided =
-      is_still || (compared.without == Translation::kTurn && Dominates(map, rows, kMost, least, greatest));
+      is_still || (compared.without == Degeneracy::kPureRotation && Dominates(map, rows, kMost, least, greatest));
   // Without a calibration a few matches have an epipole whatever they are.
-  const bool is_again = compared.without == Translation::kPlane && Dominates(still, rows, kAll, least, greatest);
+  const bool is_again = compared.without == Degeneracy::kPlane && Dominates(still, rows, kAll, least, greatest);
   if (!is_again &&
       (sided ? found.IsOneSided(TowardsEpipole(map, points, model), kExact * greatest) : found.IsParallax()))
     return test;
   const bool is_static = is_still || IsStatic(rows, map, compared.freedom, found.sigma(), least, greatest);
-  test.translation = is_static ? Translation::kStatic : compared.without;
-  test.turn = is_static ? still : map;
+  test.degeneracy = is_static ? Degeneracy::kStatic : compared.without;
+  test.pure_rotation = is_static ? still : map;
   return test;
 }
 
@@ -211,7 +211,7 @@ ParallaxTest Test(const PointMatrix& points, const Matrix3Parameters& model, con
     std::vector<std::uint8_t> own(some.size());
     for (Eigen::Index i = 0; i < some.size(); ++i) own[i] = inliers[some[i]];
     const ParallaxTest test = TestAll(points(some, Eigen::all), model, own, compared, kChanceOfSome);
-    if (test.translation == Translation::kDetermined) return test;
+    if (test.degeneracy == Degeneracy::kDetermined) return test;
   }
   return TestAll(points, model, inliers, compared, compared.chance);
 }
@@ -220,13 +220,13 @@ ParallaxTest Test(const PointMatrix& points, const Matrix3Parameters& model, con
 
 ParallaxTest TestTurn(const PointMatrix& points, const Matrix3Parameters& essential,
                       const std::vector<std::uint8_t>& inliers) {
-  return Test(points, essential, inliers, {5, 3, FitRotation, Translation::kTurn, 0.003});
+  return Test(points, essential, inliers, {5, 3, FitRotation, Degeneracy::kPureRotation, 0.003});
 }
 
 ParallaxTest TestPlane(const PointMatrix& points, const Matrix3Parameters& fundamental,
                        const std::vector<std::uint8_t>& inliers) {
-  ParallaxTest test = Test(points, fundamental, inliers, {7, 8, FitHomography, Translation::kPlane, 0.1});
-  test.turn.reset();
+  ParallaxTest test = Test(points, fundamental, inliers, {7, 8, FitHomography, Degeneracy::kPlane, 0.1});
+  test.pure_rotation.reset();
   return test;
 }
 

@@ -5,17 +5,17 @@
 #include <optional>
 #include <vector>
 
+#include "diffsac/geometry/degeneracy.h"
 #include "diffsac/geometry/points.h"
-#include "diffsac/geometry/translation.h"
 #include "diffsac/geometry/two_view.h"
 
 namespace diffsac {
 
 /// Whether the matches of two views show parallax, without which epipolar geometry says nothing of the translation.
 struct ParallaxTest {
-  Translation translation = Translation::kNotTested;  ///< What they say of it.
+  Degeneracy degeneracy = Degeneracy::kNotTested;  ///< What they say of it.
   /// Where the camera turned or stood still: R, fitted to the matches, which determine it better than E does.
-  std::optional<Eigen::Matrix3d> turn = {};
+  std::optional<Eigen::Matrix3d> pure_rotation = {};
 };
 
 /// Of an essential matrix. points: N × 4, normalised coordinates; inliers: N values, not 0 for those of E.

@@ -164,15 +164,15 @@ class OffPlane {
     int votes = 0;       ///< of far points
   };
 
-  /// Gives up, with what it has or nothing, once `bar` is out of reach.
-  Support operator()(const Eigen::Matrix3d& f, double bar) {
+  /// Gives up, with what it has or nothing, once `score_to_beat` is out of reach.
+  Support operator()(const Eigen::Matrix3d& f, double score_to_beat) {
     constexpr int kBlock = 64;
     const Matrix3Parameters model = AsParameters(f);
     const int size = static_cast<int>(columns_.rows());
     Support support;
-    if (!MayReach(model, bar)) return support;
+    if (!MayReach(model, score_to_beat)) return support;
     for (int begin = 0; begin < size; begin += kBlock) {
-      if (support.score + (size - begin) < bar) break;
+      if (support.score + (size - begin) < score_to_beat) break;
       const int end = std::min(begin + kBlock, size);
       SampsonDistances(model.data(), pointers_, begin, end, distances_.data());
       for (int i = 0; i < end - begin; ++i) {
@@ -186,17 +186,17 @@ class OffPlane {
   }
 
  private:
-  bool MayReach(const Matrix3Parameters& model, double bar) const {
+  bool MayReach(const Matrix3Parameters& model, double score_to_beat) const {
     SampsonBounds::Prepared prepared;
-    if (!(bar > 0.0) || !bounds_->Prepare(model, threshold_, &prepared)) return true;
+    if (!(score_to_beat > 0.0) || !bounds_->Prepare(model, threshold_, &prepared)) return true;
     const int size = static_cast<int>(columns_.rows());
     std::array<float, kBoundBlock> squares;
     double most = 0.0;
-    for (int begin = 0; begin < size && most + (size - begin) >= bar; begin += kBoundBlock) {
+    for (int begin = 0; begin < size && most + (size - begin) >= score_to_beat; begin += kBoundBlock) {
       const int end = std::min(begin + kBoundBlock, size);
       (*bounds_)(prepared, begin, end, squares.data());
       most += MsacBound(squares.data(), nullptr, end - begin);
-      if (most >= bar) return true;
+      if (most >= score_to_beat) return true;
     }
     return false;
   }

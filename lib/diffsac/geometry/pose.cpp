@@ -94,7 +94,7 @@ double Parallax(const RelativePose& pose, const PointMatrix& points, const std::
 
 }  // namespace
 
-bool MayBeInFront(const RelativePose& pose, const double* point, double tolerance) {
+bool PassesCheirality(const RelativePose& pose, const double* point, double tolerance) {
   if (InFront(pose, point)) return true;
   // In the epipolar plane, that of the ray farther from the epipole, by signed angles from t: a point before both
   // cameras is seen at 0 < φ2 < φ1 < π.

@@ -37,7 +37,7 @@ bool InFront(const RelativePose& pose, const double* point);
 
 /// The same, or it would with images up to `tolerance` (in normalised coordinates) elsewhere: far points, whose rays
 /// are parallel, and points near an epipole come out before or behind by noise alone.
-bool MayBeInFront(const RelativePose& pose, const double* point, double tolerance);
+bool PassesCheirality(const RelativePose& pose, const double* point, double tolerance);
 
 /// The pose chosen from the four of an essential matrix.
 struct PoseChoice {

@@ -322,7 +322,7 @@ double ResidualVariance(const RobustLoss& loss, const double* distances, const d
   return effective > free ? pulls / slopes * effective / (effective - free) : 0.0;
 }
 
-// The models' hooks (consensus/model_hooks.h).
+// The models' hooks (ransac/model_hooks.h).
 
 bool Homography::Refine(const PointMatrix& points, const Eigen::VectorXd& weights, const RobustLoss& loss,
                         Parameters* model, int steps) {

@@ -21,7 +21,7 @@ struct CloudMotion {
   static constexpr int kFreedom = kScaled ? 7 : 6;
   static constexpr int kMinimalSize = 3;
   static constexpr int kMaxSolutions = 1;
-  /// Two motions may explain the matches of a symmetric thing equally well (consensus/model_hooks.h).
+  /// Two motions may explain the matches of a symmetric thing equally well (ransac/model_hooks.h).
   static constexpr bool kHasRivals = !kScaled;
 
   /// Least squares of the three; none where they lie on one line.

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/geometry/point_spread.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/some_rows.h"
 #include "diffsac/problem/coordinates.h"
+#include "diffsac/ransac/sample_consensus.h"
 
 namespace diffsac {
 namespace {
@@ -63,14 +63,15 @@ PointMatrix AbsolutePoseTask::Normalize(const Problem& problem, double* unit) {
   return points;
 }
 
-PointMatrix AbsolutePoseTask::FeatureCoordinates(const SolverSpace& space) {
+PointMatrix AbsolutePoseTask::FeatureCoordinates(const NormalizedProblem& space) {
   PointMatrix coordinates = space.points();
   coordinates.leftCols(3) = CentredCoordinates(coordinates.leftCols(3));
   return coordinates;
 }
 
-double AbsolutePoseTask::LeaveOutBehind(const ModelParameters& model, const RigidMotion& pose, const SolverSpace& space,
-                                        double threshold, std::vector<std::uint8_t>* inliers) {
+double AbsolutePoseTask::LeaveOutBehind(const ModelParameters& model, const RigidMotion& pose,
+                                        const NormalizedProblem& space, double threshold,
+                                        std::vector<std::uint8_t>* inliers) {
   const PointMatrix& points = space.points();
   const auto fitting = std::count(inliers->begin(), inliers->end(), 1);
   int behind = 0;

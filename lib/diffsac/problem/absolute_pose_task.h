@@ -17,17 +17,17 @@ struct AbsolutePoseTask : TaskDescriptionOf<AbsolutePose> {
   static bool Accepts(const Problem& problem);
   static PointMatrix Normalize(const Problem& problem, double* unit);
   /// The scene about its median by its spread, and the normalised image.
-  static PointMatrix FeatureCoordinates(const SolverSpace& space);
+  static PointMatrix FeatureCoordinates(const NormalizedProblem& space);
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>&,
-                                         const SolverSpace&) {
+                                         const NormalizedProblem&) {
     return RigidMotion{RotationOf(model), TranslationOf(model)};
   }
   static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model, const RigidMotion&,
-                                                       const SolverSpace& space, const FitConditions& fit) {
+                                                       const NormalizedProblem& space, const FitConditions& fit) {
     return AbsolutePoseCovariance(space.points(), model, fit);
   }
   /// Points behind the camera are no inliers: only their share, or that of the points which fit a mirrored scene.
-  static double LeaveOutBehind(const ModelParameters& model, const RigidMotion& pose, const SolverSpace& space,
+  static double LeaveOutBehind(const ModelParameters& model, const RigidMotion& pose, const NormalizedProblem& space,
                                double threshold, std::vector<std::uint8_t>* inliers);
   static PointMatrix ImagePoints(const Problem& problem) { return problem.points.rightCols(2); }
   static double ChanceShare(const Problem& problem, double threshold) {

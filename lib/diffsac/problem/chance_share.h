@@ -5,8 +5,8 @@
 namespace diffsac {
 
 // The share of all places, of an image or of the box of some points, that is within a threshold of one model: how
-// likely a point that has nothing to do with the model is to agree with it (consensus/scores/false_alarms.h). All are 1
-// where the places have no extent.
+// likely a point that has nothing to do with the model is to agree with it (ransac/scores/number_of_false_alarms.h).
+// All are 1 where the places have no extent.
 
 /// Width and height of what holds these image points (N × 2): the image where its size is known, else their box.
 Eigen::Vector2d ImageExtent(const ImageSize& size, const PointMatrix& image_points);

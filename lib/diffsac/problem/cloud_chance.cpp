@@ -5,9 +5,9 @@
 #include <numbers>
 #include <utility>
 
-#include "diffsac/consensus/scores/false_alarms.h"
 #include "diffsac/geometry/absolute_pose.h"
 #include "diffsac/geometry/rigid.h"
+#include "diffsac/ransac/scores/number_of_false_alarms.h"
 
 namespace diffsac {
 namespace {

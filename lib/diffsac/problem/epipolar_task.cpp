@@ -28,7 +28,7 @@ double LeaveOutBehind(const RigidMotion& pose, const PointMatrix& points, double
   for (std::size_t i = 0; i < inliers->size(); ++i) {
     if ((*inliers)[i] == 0) continue;
     ++count;
-    if (MayBeInFront(relative, &points(static_cast<Eigen::Index>(i), 0), tolerance)) continue;
+    if (PassesCheirality(relative, &points(static_cast<Eigen::Index>(i), 0), tolerance)) continue;
     (*inliers)[i] = 0;
     ++behind;
   }

@@ -11,7 +11,7 @@ std::optional<RigidMotion> EpipolarPose(const Eigen::Matrix3d& essential, const 
                                         const std::vector<std::uint8_t>& inliers, double noise = 0.0);
 
 /// Takes those of the inliers out that lie behind a camera of their pose, however well they fit E: by more than noise
-/// of `tolerance` explains (MayBeInFront). Returns which share that was. Points are in normalised coordinates.
+/// of `tolerance` explains (PassesCheirality). Returns which share that was. Points are in normalised coordinates.
 double LeaveOutBehind(const RigidMotion& pose, const PointMatrix& points, double tolerance,
                       std::vector<std::uint8_t>* inliers);
 
@@ -25,7 +25,7 @@ inline double EpipolarChanceShare(const Problem& problem, double threshold) {
 template <class Description, class Own, class... Others>
 struct EpipolarTask : TwoViewTask<Own, Others...> {
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                                         const SolverSpace& space) {
+                                         const NormalizedProblem& space) {
     const Problem& problem = space.problem();
     if (!problem.cameras) return std::nullopt;
     const Eigen::Matrix3d essential = Description::EssentialOf(ModelMatrix(model), *problem.cameras);

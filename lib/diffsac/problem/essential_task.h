@@ -18,19 +18,19 @@ struct EssentialTask : EpipolarTask<EssentialTask, Essential> {
     *unit = problem.cameras->MeanFocal();
     return NormalizedCoordinates(problem.points, problem.cameras->K1, problem.cameras->K2);
   }
-  static PointMatrix FeatureCoordinates(const SolverSpace& space) {
+  static PointMatrix FeatureCoordinates(const NormalizedProblem& space) {
     return space.is_normalized() ? space.points() : MatchCoordinates(space.problem());
   }
   static Eigen::Matrix3d EssentialOf(const Eigen::Matrix3d& model, const CameraPair&) { return model; }
   static ParallaxTest Parallax(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                               const SolverSpace& space) {
+                               const NormalizedProblem& space) {
     return TestTurn(space.points(), model, inliers);
   }
   static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters&, const RigidMotion& pose,
-                                                       const SolverSpace& space, const FitConditions& fit) {
+                                                       const NormalizedProblem& space, const FitConditions& fit) {
     return RelativePoseCovariance(space.points(), {pose.rotation, pose.translation}, fit);
   }
-  static double LeaveOutBehind(const ModelParameters&, const RigidMotion& pose, const SolverSpace& space,
+  static double LeaveOutBehind(const ModelParameters&, const RigidMotion& pose, const NormalizedProblem& space,
                                double threshold, std::vector<std::uint8_t>* inliers) {
     return diffsac::LeaveOutBehind(pose, space.points(), threshold, inliers);
   }

@@ -16,15 +16,15 @@ struct FundamentalTask : EpipolarTask<FundamentalTask, Fundamental, Fundamental8
   static Eigen::Matrix3d EssentialOf(const Eigen::Matrix3d& model, const CameraPair& cameras) {
     return EssentialFromFundamental(model, cameras.K1, cameras.K2);
   }
-  /// Only the calibration tells a turn in place from a plane.
+  /// Only the calibration tells a pure rotation from a plane.
   static ParallaxTest Parallax(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                               const SolverSpace& space) {
+                               const NormalizedProblem& space) {
     const Problem& problem = space.problem();
     ParallaxTest test;
     if (problem.cameras)
       test = TestTurn(NormalizedCoordinates(problem.points, problem.cameras->K1, problem.cameras->K2),
                       AsParameters(EssentialOf(ModelMatrix(model), *problem.cameras)), inliers);
-    return IsUndetermined(test.translation) ? test : TestPlane(problem.points, model, inliers);
+    return IsUndetermined(test.degeneracy) ? test : TestPlane(problem.points, model, inliers);
   }
 };
 

@@ -19,7 +19,7 @@ inline constexpr const char* kModelName<Plane> = "plane";
 /// Lines in the plane and planes in space.
 template <HyperplaneModel M>
 struct HyperplaneTask : TaskDescriptionOf<M> {
-  static PointMatrix FeatureCoordinates(const SolverSpace& space) { return CentredCoordinates(space.points()); }
+  static PointMatrix FeatureCoordinates(const NormalizedProblem& space) { return CentredCoordinates(space.points()); }
   static double ChanceShare(const Problem& problem, double threshold) { return SlabShare(problem.points, threshold); }
 };
 

@@ -9,9 +9,9 @@ double InlierProbabilityOfRatio(double ratio) { return 0.05 + 0.9 / (1.0 + std::
 double InlierProbabilityOfScore(double score) { return 0.05 + 0.9 * score; }
 
 Eigen::VectorXd MatchPriors(const Problem& problem) {
-  if (problem.match_ratio.size() != problem.points.rows()) return {};
-  if (problem.scored) return (1.0 - problem.match_ratio.array()).unaryExpr(&InlierProbabilityOfScore);
-  return problem.match_ratio.unaryExpr(&InlierProbabilityOfRatio);
+  if (problem.snn_ratio.size() != problem.points.rows()) return {};
+  if (problem.scored) return (1.0 - problem.snn_ratio.array()).unaryExpr(&InlierProbabilityOfScore);
+  return problem.snn_ratio.unaryExpr(&InlierProbabilityOfRatio);
 }
 
 }  // namespace diffsac

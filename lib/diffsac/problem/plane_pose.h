@@ -15,7 +15,7 @@ namespace diffsac {
 /// Of motions that are so much likelier than a plane's other one at least 95 % are right (docs/two_view.md).
 inline constexpr double kClearOdds = 20.0;
 
-/// How two calibrated cameras that see a plane moved; |t| = 1, or 0 of a turn in place.
+/// How two calibrated cameras that see a plane moved; |t| = 1, or 0 of a pure rotation.
 struct PlanePoses {
   RigidMotion pose;
   /// Most planes have two motions.

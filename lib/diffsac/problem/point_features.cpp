@@ -4,13 +4,13 @@
 #include <cmath>
 #include <utility>
 
-#include "diffsac/consensus/samplers/make_minimal_sampler.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/coordinates.h"
 #include "diffsac/problem/neighborhood_features.h"
-#include "diffsac/problem/preference_features.h"
+#include "diffsac/problem/residual_features.h"
 #include "diffsac/problem/similarity_features.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/ransac/samplers/make_minimal_sampler.h"
 
 namespace diffsac {
 namespace {
@@ -37,7 +37,7 @@ void WriteDescriptors(const Problem& problem, int size, int first, FeatureMatrix
 
 // Which columns the kinds ask for, in their fixed order.
 struct Columns {
-  bool coordinates, ratio, neighborhood, descriptors, similarity, preference;
+  bool coordinates, ratio, neighborhood, descriptors, similarity, residual;
 };
 
 Columns ColumnsOf(const PointFeaturesOptions& options) {
@@ -47,7 +47,7 @@ Columns ColumnsOf(const PointFeaturesOptions& options) {
           options.Has(PointFeature::kNeighborhood),
           descriptors,
           options.Has(PointFeature::kSimilarity),
-          options.Has(PointFeature::kPreference)};
+          options.Has(PointFeature::kResidual)};
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ int PointFeatures::width() const {
   return (columns.coordinates ? PointDimension(task_) : 0) + (columns.ratio ? 1 : 0) +
          (columns.neighborhood ? kNeighborhoodColumns : 0) + (columns.descriptors ? 2 * options_.descriptor_size : 0) +
          (columns.similarity ? kSimilarityColumns : 0) +
-         (columns.preference ? kColumnsPerHypothesis * options_.preference_kept : 0);
+         (columns.residual ? kColumnsPerHypothesis * options_.residual_kept : 0);
 }
 
 int PointFeatures::first_descriptor() const {
@@ -87,23 +87,23 @@ int PointFeatures::first_neighborhood() const {
   return (columns.coordinates ? PointDimension(task_) : 0) + (columns.ratio ? 1 : 0);
 }
 
-int PointFeatures::first_preference() const {
-  return options_.Has(PointFeature::kPreference) ? width() - kColumnsPerHypothesis * options_.preference_kept : -1;
+int PointFeatures::first_residual() const {
+  return options_.Has(PointFeature::kResidual) ? width() - kColumnsPerHypothesis * options_.residual_kept : -1;
 }
 
-FeatureSet PointFeatures::Compute(const SolverSpace& space, Rng rng) const {
+FeatureSet PointFeatures::Compute(const NormalizedProblem& space, Rng rng) const {
   const Problem& problem = space.problem();
   std::vector<int> sets;
-  if (ColumnsOf(options_).preference && problem.points.rows() >= MinimalSetSize(task_)) {
+  if (ColumnsOf(options_).residual && problem.points.rows() >= MinimalSetSize(task_)) {
     MinimalSamplerOptions draws;
-    if (options_.preference_from == PreferenceDraws::kNapsac) draws.sampler = MinimalSamplerKind::kNapsac;
+    if (options_.residual_from == ResidualDraws::kNapsac) draws.sampler = MinimalSamplerKind::kNapsac;
     const auto sampler = MakeMinimalSampler(draws, space.points(), MinimalSetSize(task_), rng.Fork("preference"));
-    sets = DrawSets(*sampler, MinimalSetSize(task_), options_.preference_draws);
+    sets = DrawSets(*sampler, MinimalSetSize(task_), options_.residual_draws);
   }
   return ComputeFromSets(space, sets);
 }
 
-FeatureSet PointFeatures::ComputeFromSets(const SolverSpace& space, const std::vector<int>& sets) const {
+FeatureSet PointFeatures::ComputeFromSets(const NormalizedProblem& space, const std::vector<int>& sets) const {
   const Problem& problem = space.problem();
   const Columns columns = ColumnsOf(options_);
   FeatureSet features;
@@ -121,13 +121,13 @@ FeatureSet PointFeatures::ComputeFromSets(const SolverSpace& space, const std::v
     column += PointDimension(task_);
   }
   if (columns.ratio) {
-    const bool known = !problem.scored && problem.match_ratio.size() == problem.points.rows();
+    const bool known = !problem.scored && problem.snn_ratio.size() == problem.points.rows();
     features.values.col(column).setZero();
-    if (known) features.values.col(column) = ((problem.match_ratio.array() - kRatioMean) / kRatioSpread).cast<float>();
+    if (known) features.values.col(column) = ((problem.snn_ratio.array() - kRatioMean) / kRatioSpread).cast<float>();
     ++column;
   }
   GoodNeighbors around;
-  if (columns.neighborhood || columns.similarity) around = FindGoodNeighbors(coordinates, problem.match_ratio);
+  if (columns.neighborhood || columns.similarity) around = FindGoodNeighbors(coordinates, problem.snn_ratio);
   if (columns.neighborhood) {
     features.values.middleCols(column, kNeighborhoodColumns) = NeighborhoodFeatures(coordinates, around);
     column += kNeighborhoodColumns;
@@ -140,12 +140,11 @@ FeatureSet PointFeatures::ComputeFromSets(const SolverSpace& space, const std::v
     column += 2 * options_.descriptor_size;
   }
   if (columns.similarity) {
-    features.values.middleCols(column, kSimilarityColumns) =
-        SimilarityFeatures(coordinates, InCoordinates(problem.similarities, problem.points, coordinates), around);
+    features.values.middleCols(column, kSimilarityColumns) = SimilarityFeatures(
+        coordinates, InCoordinates(problem.scale_rotation_changes, problem.points, coordinates), around);
     column += kSimilarityColumns;
   }
-  if (columns.preference)
-    AddPreference(space, sets, {options_.preference_kept, options_.preference_choice}, column, &features);
+  if (columns.residual) AddResidual(space, sets, {options_.residual_kept, options_.residual_choice}, column, &features);
   return features;
 }
 

@@ -6,7 +6,7 @@
 
 #include "diffsac/core/enum_names.h"
 #include "diffsac/core/random.h"
-#include "diffsac/problem/solver_space.h"
+#include "diffsac/problem/normalized_problem.h"
 
 namespace diffsac {
 
@@ -25,7 +25,7 @@ struct FeatureSet {
 /// Columns that may describe a point (PointFeatures).
 /// A checkpoint names its kinds, so that a new one may stand anywhere; networks take the columns of preference for the
 /// last.
-enum class PointFeature { kCoordinates, kRatio, kNeighborhood, kDescriptors, kSimilarity, kPreference };
+enum class PointFeature { kCoordinates, kRatio, kNeighborhood, kDescriptors, kSimilarity, kResidual };
 template <>
 inline constexpr auto kEnumNames<PointFeature> = NamesOf<PointFeature>({{PointFeature::kCoordinates, "coordinates"},
                                                                         {PointFeature::kRatio, "coordinates_ratio"},
@@ -33,29 +33,29 @@ inline constexpr auto kEnumNames<PointFeature> = NamesOf<PointFeature>({{PointFe
                                                                         {PointFeature::kDescriptors,
                                                                          "coordinates_descriptors"},
                                                                         {PointFeature::kSimilarity, "similarity"},
-                                                                        {PointFeature::kPreference, "preference"}});
+                                                                        {PointFeature::kResidual, "residual"}});
 
-/// Where the minimal sets of preference features come from.
+/// Where the minimal sets of residual features come from.
 ///   kUniform  "uniform"
-///   kNapsac   "napsac": a point and its neighbours (consensus/samplers/napsac_sampler.h): where structures lie apart,
+///   kNapsac   "napsac": a point and its neighbours (ransac/samplers/napsac_sampler.h): where structures lie apart,
 ///             far more of these sets are of one
-enum class PreferenceDraws { kUniform, kNapsac };
+enum class ResidualDraws { kUniform, kNapsac };
 template <>
-inline constexpr auto kEnumNames<PreferenceDraws> = NamesOf<PreferenceDraws>({{PreferenceDraws::kUniform, "uniform"},
-                                                                              {PreferenceDraws::kNapsac, "napsac"}});
+inline constexpr auto kEnumNames<ResidualDraws> = NamesOf<ResidualDraws>({{ResidualDraws::kUniform, "uniform"},
+                                                                          {ResidualDraws::kNapsac, "napsac"}});
 
-/// Which hypotheses are kept as preference features.
+/// Which hypotheses are kept as residual features.
 ///   kBest    "best": of highest score
 ///   kSpread  "spread": one after another, each the one that adds most to what the earlier ones explain, so that no
 ///            structure takes all columns
-enum class PreferenceChoice { kBest, kSpread };
+enum class ResidualChoice { kBest, kSpread };
 template <>
-inline constexpr auto kEnumNames<PreferenceChoice> = NamesOf<PreferenceChoice>({{PreferenceChoice::kBest, "best"},
-                                                                                {PreferenceChoice::kSpread, "spread"}});
+inline constexpr auto kEnumNames<ResidualChoice> = NamesOf<ResidualChoice>({{ResidualChoice::kBest, "best"},
+                                                                            {ResidualChoice::kSpread, "spread"}});
 
 struct PointFeaturesOptions {
   /// Their columns stand side by side in the order of the enumeration, those of the coordinates once.
-  std::vector<PointFeature> kinds = {PointFeature::kPreference};
+  std::vector<PointFeature> kinds = {PointFeature::kResidual};
   /// Two views: whether coordinates are those of the calibrated camera where it is known; else by the images' sizes.
   bool use_calibration = true;
   /// coordinates_descriptors: values of one descriptor; 128 for SIFT, which makes the paper's 260 columns.
@@ -64,10 +64,10 @@ struct PointFeaturesOptions {
   /// in a mixture.
   bool descriptors_required = true;
   /// Preference: how many minimal sets are drawn, and how many of the best-scored are kept as columns (M).
-  int preference_draws = 100;
-  int preference_kept = 16;
-  PreferenceDraws preference_from = PreferenceDraws::kUniform;
-  PreferenceChoice preference_choice = PreferenceChoice::kBest;
+  int residual_draws = 100;
+  int residual_kept = 16;
+  ResidualDraws residual_from = ResidualDraws::kUniform;
+  ResidualChoice residual_choice = ResidualChoice::kBest;
   bool Has(PointFeature kind) const;
 };
 
@@ -88,10 +88,10 @@ struct PointFeaturesOptions {
 /// descriptors_required).
 ///
 /// `similarity`, two views, 6 columns: whether the difference of the keypoints' sizes and angles
-/// (Problem::similarities) agrees with the matches around and with all good ones (problem/similarity_features.h); 0
-/// where the data has none. Like those of neighborhoods they need all matches.
+/// (Problem::scale_rotation_changes) agrees with the matches around and with all good ones
+/// (problem/similarity_features.h); 0 where the data has none. Like those of neighborhoods they need all matches.
 ///
-/// `preference`, 3·M columns, three for each kept hypothesis j, best first (after Toldo and Fusiello, "Robust multiple
+/// `residual`, 3·M columns, three for each kept hypothesis j, best first (after Toldo and Fusiello, "Robust multiple
 /// structures estimation with J-linkage", ECCV 2008, and Magri and Fusiello, "T-linkage", CVPR 2014), r its residual:
 ///   3j      exp(−r² / 2(ε/2)²), soft agreement
 ///   3j + 1  log1p(r/ε) / 4, compressed distance
@@ -99,7 +99,7 @@ struct PointFeaturesOptions {
 /// Two views: r is the Sampson distance (F; E in normalised coordinates with ε over the mean focal length) or the
 /// symmetric transfer error (H), at most 1e6 ε; of a set's solutions the best counts, all are counted as hypotheses.
 /// With fewer than M distinct hypotheses the missing columns repeat the best one; with none they are 0. With
-/// `preference_choice: spread` the order is that of the choice, and the first is still the best.
+/// `residual_choice: spread` the order is that of the choice, and the first is still the best.
 class PointFeatures {
  public:
   /// Throws Error for kinds that the task has not.
@@ -111,14 +111,14 @@ class PointFeatures {
   int descriptor_size() const { return options_.descriptor_size; }
   /// First column of the neighborhood features, -1 without any.
   int first_neighborhood() const;
-  /// First column of the preference features, behind which 3·M stand; -1 without any.
-  int first_preference() const;
+  /// First column of the residual features, behind which 3·M stand; -1 without any.
+  int first_residual() const;
   /// The problem must have at least γ finite points (callers check; see CheckSpace). rng decides the drawn hypotheses.
-  FeatureSet Compute(const SolverSpace& space, Rng rng) const;
-  FeatureSet Compute(const Problem& problem, Rng rng) const { return Compute(SolverSpace(problem), rng); }
+  FeatureSet Compute(const NormalizedProblem& space, Rng rng) const;
+  FeatureSet Compute(const Problem& problem, Rng rng) const { return Compute(NormalizedProblem(problem), rng); }
   /// The same from given minimal sets (γ ascending indices each) instead of drawn ones. The features of permuted points
   /// with correspondingly renamed sets are the permuted features.
-  FeatureSet ComputeFromSets(const SolverSpace& space, const std::vector<int>& sets) const;
+  FeatureSet ComputeFromSets(const NormalizedProblem& space, const std::vector<int>& sets) const;
 
  private:
   PointFeaturesOptions options_;

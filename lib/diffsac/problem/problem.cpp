@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diffsac/consensus/model_hooks.h"
-#include "diffsac/consensus/scores/false_alarms.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/ransac/model_hooks.h"
+#include "diffsac/ransac/scores/number_of_false_alarms.h"
 
 namespace diffsac {
 namespace {
@@ -38,19 +38,19 @@ bool LieOnLine(const ModelParameters& model, const std::vector<std::uint8_t>& in
     inliers_beside += is_beside && inliers[i] != 0;
   }
   if (count - inliers_beside <= Description::Model::kMinimalSize) return false;
-  return LogFalseAlarms(beside, inliers_beside, kFree, Description::ChanceShare(problem, reach)) >= 0.0;
+  return Log10Nfa(beside, inliers_beside, kFree, Description::ChanceShare(problem, reach)) >= 0.0;
 }
 
 }  // namespace
 
-double UsualThreshold(Task task) {
+double DefaultThreshold(Task task) {
   if (task == Task::kHomography) return 3.0;
   return task == Task::kAbsolutePose ? 4.0 : 1.0;
 }
 
 void SetThreshold(double threshold_px, Problem* problem) {
   problem->inlier_threshold = threshold_px;
-  problem->threshold_is_default = threshold_px == UsualThreshold(problem->task);
+  problem->threshold_is_default = threshold_px == DefaultThreshold(problem->task);
 }
 
 bool HasItsNeeds(const Problem& problem) {
@@ -73,11 +73,11 @@ Eigen::VectorXd PointWeights(const Problem& problem) {
 
 std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
                                           const Problem& problem) {
-  return PoseOfEstimate(model, inliers, SolverSpace(problem));
+  return PoseOfEstimate(model, inliers, NormalizedProblem(problem));
 }
 
 std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                                          const SolverSpace& space) {
+                                          const NormalizedProblem& space) {
   return DispatchDescription(space.problem().task, [&]<class Description>() -> std::optional<RigidMotion> {
     if constexpr (requires { Description::Pose(model, inliers, space); })
       return Description::Pose(model, inliers, space);
@@ -86,10 +86,10 @@ std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const st
 }
 
 ParallaxTest ParallaxOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                                const SolverSpace& space) {
+                                const NormalizedProblem& space) {
   return DispatchDescription(space.problem().task, [&]<class Description>() -> ParallaxTest {
     if constexpr (Description::kTwoView) {
-      if (LieOnLine<Description>(model, inliers, space.problem())) return {Translation::kLine};
+      if (LieOnLine<Description>(model, inliers, space.problem())) return {Degeneracy::kLine};
       return Description::Parallax(model, inliers, space);
     }
     return {};
@@ -104,14 +104,14 @@ std::optional<FocalEstimate> FocalEstimateOf(const std::array<FocalPosterior, 2>
   });
 }
 
-double LogFalseAlarmsOf(const Problem& problem, int inliers, double threshold) {
+double Log10NfaOf(const Problem& problem, int inliers, double threshold) {
   const double share = DispatchDescription(
       problem.task, [&]<class Description>() { return Description::ChanceShare(problem, threshold); });
   // Of clouds the threshold is given, not chosen by the points.
-  const auto log = IsOfTwoClouds(problem.task) ? LogChanceModels : LogFalseAlarms;
+  const auto log = IsOfTwoClouds(problem.task) ? LogChanceModels : Log10Nfa;
   return log(static_cast<int>(problem.points.rows()), inliers, MinimalSetSize(problem.task), share);
 }
 
-Status CheckProblem(const Problem& problem) { return CheckSpace(SolverSpace(problem), {problem.task}); }
+Status CheckProblem(const Problem& problem) { return CheckSpace(NormalizedProblem(problem), {problem.task}); }
 
 }  // namespace diffsac

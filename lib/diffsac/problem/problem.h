@@ -17,7 +17,7 @@
 namespace diffsac {
 
 struct FocalPosterior;
-class SolverSpace;
+class NormalizedProblem;
 
 /// What is estimated. The tasks are listed, and described, in problem/tasks.h.
 enum class Task : int;
@@ -40,7 +40,7 @@ int PointDimension(Task task);
 bool IsTwoView(Task task);
 /// The default ε in pixels: 1, for homographies 3 and for absolute poses 4. Presets are made for it: their noise scales
 /// are in pixels, and suit it. Nothing else in a preset has a unit.
-double UsualThreshold(Task task);
+double DefaultThreshold(Task task);
 
 /// Calibration matrices of the two images.
 struct CameraPair {
@@ -51,7 +51,7 @@ struct CameraPair {
 };
 
 /// What may be known of the camera of an image whose calibration is not, in pixels; each part may be absent.
-struct CameraHint {
+struct CameraPriorHint {
   std::optional<Eigen::Vector2d> principal_point = {};  ///< Absent: the image's centre.
   std::optional<FocalPrior> focal = {};                 ///< EXIF's, say. Absent: that of cameras in general.
   /// Task one_focal: the calibration of the image that has one.
@@ -68,19 +68,20 @@ struct Problem {
   bool threshold_is_default = false;
   /// Two views: N numbers from 0 to 1, lower is better: matching ratios (nearest to second-nearest descriptor distance)
   /// or, where `scored`, 1 − a matcher's score; empty if unknown.
-  Eigen::VectorXd match_ratio = {};
-  bool scored = false;  ///< What `match_ratio` is. Both order matches; as probabilities they say different things.
+  Eigen::VectorXd snn_ratio = {};
+  bool scored = false;  ///< What `snn_ratio` is. Both order matches; as probabilities they say different things.
   /// Two views: N × 2, how the keypoint of image 2 differs from that of image 1: the logarithm of the ratio of their
   /// sizes, size2 / size1, and the turn angle2 − angle1 in radians, in (−π, π], positive from the x axis towards the y
   /// axis of the image as OpenCV's KeyPoint::angle: around a right match a step Δ1 in image 1 is about
   /// Δ2 = size2 / size1 · R(turn) Δ1 in image 2. Finite; empty if unknown.
-  PointMatrix similarities = {};
+  PointMatrix scale_rotation_changes = {};
   /// Two views: where the calibration is known. The essential matrix needs it, and the absolute pose K1.
   std::optional<CameraPair> cameras = {};
-  ImageSize size1 = {};   ///< Two views: of the first image, where it is known.
-  ImageSize size2 = {};   ///< Of the second.
-  CameraHint hint1 = {};  ///< Two views without calibration: what is known of the first camera all the same.
-  CameraHint hint2 = {};  ///< Of the second.
+  ImageSize size1 = {};  ///< Two views: of the first image, where it is known.
+  ImageSize size2 = {};  ///< Of the second.
+  CameraPriorHint camera_prior1 =
+      {};  ///< Two views without calibration: what is known of the first camera all the same.
+  CameraPriorHint camera_prior2 = {};  ///< Of the second.
   /// Two views: N × 2d, the descriptors of image 1, then those of image 2, in one row; empty when unknown or not read.
   DescriptorMatrix descriptors = {};
   /// A model to score in addition to the sampled ones, in the coordinates in which the problem is solved.
@@ -94,7 +95,7 @@ void SetThreshold(double threshold_px, Problem* problem);
 bool HasItsNeeds(const Problem& problem);
 
 /// kOk, or why no estimator can work on these points: fewer than γ, a non-finite value, or points that determine no
-/// model (all equal; collinear for planes). Who goes on to estimate has a SolverSpace, and asks CheckSpace.
+/// model (all equal; collinear for planes). Who goes on to estimate has a NormalizedProblem, and asks CheckSpace.
 Status CheckProblem(const Problem& problem);
 
 /// Where the points are in the (first) image, N × 2 pixels; empty for tasks without images.
@@ -113,20 +114,20 @@ std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const st
 
 /// The same of a problem in its solver's coordinates.
 std::optional<RigidMotion> PoseOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                                          const SolverSpace& space);
+                                          const NormalizedProblem& space);
 
 /// Whether the inliers of a model determine the translation between two views, or, where there
 /// are no cameras, the model. kNotTested for tasks of other points.
 ParallaxTest ParallaxOfEstimate(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                                const SolverSpace& space);
+                                const NormalizedProblem& space);
 
 /// The focal lengths' posteriors, in the coordinates in which the problem is solved, in pixels; nothing for tasks that
 /// estimate none.
 std::optional<FocalEstimate> FocalEstimateOf(const std::array<FocalPosterior, 2>& posteriors, const Problem& problem);
 
 /// log10 of how many models chance would give with as many inliers, points of no structure thrown anywhere
-/// (LogFalseAlarms of consensus/scores/false_alarms.h); above 0 the problem may have no model at all. threshold: what
+/// (Log10Nfa of ransac/scores/number_of_false_alarms.h); above 0 the problem may have no model at all. threshold: what
 /// an inlier is, in the data's unit.
-double LogFalseAlarmsOf(const Problem& problem, int inliers, double threshold);
+double Log10NfaOf(const Problem& problem, int inliers, double threshold);
 
 }  // namespace diffsac

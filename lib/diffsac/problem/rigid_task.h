@@ -18,13 +18,13 @@ template <bool kScaled>
 struct CloudMotionTask : TaskDescriptionOf<CloudMotion<kScaled>> {
   static constexpr bool kTwoClouds = true;
   /// Each cloud about its median by its spread.
-  static PointMatrix FeatureCoordinates(const SolverSpace& space);
+  static PointMatrix FeatureCoordinates(const NormalizedProblem& space);
   /// Without the scale.
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>&,
-                                         const SolverSpace&);
+                                         const NormalizedProblem&);
   /// MotionCovariance.
   static std::optional<Eigen::MatrixXd> PoseCovariance(const ModelParameters& model, const RigidMotion&,
-                                                       const SolverSpace& space, const FitConditions& fit) {
+                                                       const NormalizedProblem& space, const FitConditions& fit) {
     return MotionCovariance<kScaled>(space.points(), model, fit);
   }
   static double ChanceShare(const Problem& problem, double threshold) {

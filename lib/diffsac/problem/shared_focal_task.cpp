@@ -13,12 +13,12 @@ namespace {
 constexpr double kKnownSigma = 0.01;
 
 struct ImageOf {
-  const CameraHint& hint;
+  const CameraPriorHint& hint;
   const ImageSize& size;
 };
 
-ImageOf First(const Problem& problem) { return {problem.hint1, problem.size1}; }
-ImageOf Second(const Problem& problem) { return {problem.hint2, problem.size2}; }
+ImageOf First(const Problem& problem) { return {problem.camera_prior1, problem.size1}; }
+ImageOf Second(const Problem& problem) { return {problem.camera_prior2, problem.size2}; }
 
 std::optional<Eigen::Vector2d> PrincipalPoint(const ImageOf& image) {
   if (image.hint.principal_point) return image.hint.principal_point;
@@ -72,7 +72,7 @@ std::optional<FocalSpace> SpaceOfTwo(const Problem& problem) {
 }
 
 std::optional<FocalSpace> OneSpace(const Problem& problem) {
-  const bool swapped = !problem.hint1.K && problem.hint2.K;
+  const bool swapped = !problem.camera_prior1.K && problem.camera_prior2.K;
   const ImageOf known = swapped ? Second(problem) : First(problem),
                 unknown = swapped ? First(problem) : Second(problem);
   const auto point = PrincipalPoint(unknown);
@@ -134,12 +134,12 @@ ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, c
   CameraPair cameras = CamerasOfFocal(unknown, model, problem);
   const Eigen::Matrix3d essential = EssentialOfFocal(unknown, model, problem),
                         f = FundamentalFromEssential(essential, cameras.K1, cameras.K2);
-  const Translation of_pixels = TestPlane(problem.points, AsParameters(f), inliers).translation;
-  if (of_pixels == Translation::kDetermined) return {of_pixels};
-  if (of_pixels == Translation::kStatic) return {of_pixels, Eigen::Matrix3d::Identity()};
+  const Degeneracy of_pixels = TestPlane(problem.points, AsParameters(f), inliers).degeneracy;
+  if (of_pixels == Degeneracy::kDetermined) return {of_pixels};
+  if (of_pixels == Degeneracy::kStatic) return {of_pixels, Eigen::Matrix3d::Identity()};
   const PointMatrix points = CalibratedMatches(problem, cameras);
   const ParallaxTest test = TestTurn(points, AsParameters(essential), inliers);
-  if (test.translation != Translation::kDetermined) return test;
+  if (test.degeneracy != Degeneracy::kDetermined) return test;
   const FocalSpace space = FocalSpaceOf(unknown, problem).value();
   const bool both = unknown != UnknownFocal::kSecond;
   const TurnFocals turning = unknown == UnknownFocal::kEach ? TurnFocals::kEach
@@ -158,7 +158,7 @@ ParallaxTest FocalParallax(UnknownFocal unknown, const FocalParameters& model, c
   cameras.K2 = cameras.K2 * Eigen::DiagonalMatrix<double, 3>(factors[1], factors[1], 1.0);
   const ParallaxTest turned = TestTurn(CalibratedMatches(problem, cameras),
                                        AsParameters(EssentialFromFundamental(f, cameras.K1, cameras.K2)), inliers);
-  return IsUndetermined(turned.translation) ? turned : test;
+  return IsUndetermined(turned.degeneracy) ? turned : test;
 }
 
 FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosteriors& posteriors, const Problem& problem) {

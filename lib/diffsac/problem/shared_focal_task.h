@@ -45,7 +45,7 @@ inline PointMatrix CalibratedMatches(const Problem& problem, const CameraPair& c
 FocalEstimate FocalInPixels(UnknownFocal unknown, const FocalPosteriors& posteriors, const Problem& problem);
 
 /// Two views of unknown focal length, one for both images, that of one of them, or two, with known principal points
-/// (CameraHint; the images' centres where none is given). The problem has no calibration.
+/// (CameraPriorHint; the images' centres where none is given). The problem has no calibration.
 template <UnknownFocal kUnknown>
 struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
   static constexpr UnknownFocal kUnknownFocal = kUnknown;
@@ -77,17 +77,17 @@ struct FocalTask : TwoViewTask<FocalModel<kUnknown>> {
     return SampsonError(model, point);
   }
   static std::optional<RigidMotion> Pose(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                                         const SolverSpace& space) {
+                                         const NormalizedProblem& space) {
     const Problem& problem = space.problem();
     const CameraPair cameras = CamerasOf(model, problem);
     return EpipolarPose(EssentialOf(model, problem), CalibratedMatches(problem, cameras), inliers,
                         problem.inlier_threshold / cameras.MeanFocal());
   }
   static ParallaxTest Parallax(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,
-                               const SolverSpace& space) {
+                               const NormalizedProblem& space) {
     return FocalParallax(kUnknown, model, inliers, space.problem());
   }
-  static double LeaveOutBehind(const ModelParameters& model, const RigidMotion& pose, const SolverSpace& space,
+  static double LeaveOutBehind(const ModelParameters& model, const RigidMotion& pose, const NormalizedProblem& space,
                                double threshold, std::vector<std::uint8_t>* inliers) {
     const CameraPair cameras = CamerasOf(model, space.problem());
     return diffsac::LeaveOutBehind(pose, CalibratedMatches(space.problem(), cameras),

@@ -27,15 +27,15 @@ struct Columns {
   std::vector<float> log_scale, turn, along, across, scale;  // along + i across = scale · exp(i turn)
 };
 
-Columns ColumnsOf(const PointMatrix& coordinates, const PointMatrix& similarities) {
+Columns ColumnsOf(const PointMatrix& coordinates, const PointMatrix& scale_rotation_changes) {
   const auto count = static_cast<std::size_t>(coordinates.rows());
   Columns columns{ImagePlane(coordinates, 0), ImagePlane(coordinates, 1), {}, {}, {}, {}, {}};
   for (auto* values : {&columns.log_scale, &columns.turn, &columns.along, &columns.across, &columns.scale})
     values->resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    const double log_scale = std::clamp(similarities(row, 0), -kMostLogScale, kMostLogScale);
-    const double turn = similarities(row, 1), scale = std::exp(log_scale);
+    const double log_scale = std::clamp(scale_rotation_changes(row, 0), -kMostLogScale, kMostLogScale);
+    const double turn = scale_rotation_changes(row, 1), scale = std::exp(log_scale);
     columns.log_scale[i] = static_cast<float>(log_scale);
     columns.turn[i] = static_cast<float>(turn);
     columns.scale[i] = static_cast<float>(scale);
@@ -122,9 +122,10 @@ double Extent(const PointMatrix& points, int image) {
 
 }  // namespace
 
-PointMatrix InCoordinates(const PointMatrix& similarities, const PointMatrix& points, const PointMatrix& coordinates) {
-  PointMatrix scaled = similarities;
-  if (similarities.rows() == 0) return scaled;
+PointMatrix InCoordinates(const PointMatrix& scale_rotation_changes, const PointMatrix& points,
+                          const PointMatrix& coordinates) {
+  PointMatrix scaled = scale_rotation_changes;
+  if (scale_rotation_changes.rows() == 0) return scaled;
   // The logarithm of the pixels in one unit of the coordinates.
   const auto log_unit = [&](int image) {
     const double pixels = Extent(points, image), units = Extent(coordinates, image);
@@ -135,13 +136,13 @@ PointMatrix InCoordinates(const PointMatrix& similarities, const PointMatrix& po
 }
 
 Eigen::Matrix<float, Eigen::Dynamic, kSimilarityColumns> SimilarityFeatures(const PointMatrix& coordinates,
-                                                                            const PointMatrix& similarities,
+                                                                            const PointMatrix& scale_rotation_changes,
                                                                             const GoodNeighbors& around) {
   const auto count = static_cast<int>(coordinates.rows());
   Eigen::Matrix<float, Eigen::Dynamic, kSimilarityColumns> values(count, kSimilarityColumns);
   values.setZero();
-  if (count <= kNeighbors || similarities.rows() != count) return values;
-  const Columns columns = ColumnsOf(coordinates, similarities);
+  if (count <= kNeighbors || scale_rotation_changes.rows() != count) return values;
+  const Columns columns = ColumnsOf(coordinates, scale_rotation_changes);
   TurnScaleHistogram histogram;
   for (const std::int32_t row : around.good) histogram.Add(columns.log_scale[row], columns.turn[row]);
   histogram.Smooth();

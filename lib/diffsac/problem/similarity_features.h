@@ -25,14 +25,15 @@ inline constexpr int kSimilarityColumns = 6;
 ///   5  1
 /// All are 0 where the problem has no similarities, and for fewer than 9 matches. The same when the images are
 /// exchanged, mirrored or turned together; but for the cells also when one is turned alone. `coordinates`: N × 4,
-/// finite, in units of the focal length or so; `around`: of these. `similarities`: as Problem::similarities, with steps
-/// in these coordinates (InCoordinates).
+/// finite, in units of the focal length or so; `around`: of these. `similarities`: as Problem::scale_rotation_changes,
+/// with steps in these coordinates (InCoordinates).
 Eigen::Matrix<float, Eigen::Dynamic, kSimilarityColumns> SimilarityFeatures(const PointMatrix& coordinates,
-                                                                            const PointMatrix& similarities,
+                                                                            const PointMatrix& scale_rotation_changes,
                                                                             const GoodNeighbors& around);
 
-/// Problem::similarities, given in pixels, where steps are measured in `coordinates`, which are `points` moved and
-/// scaled in each image.
-PointMatrix InCoordinates(const PointMatrix& similarities, const PointMatrix& points, const PointMatrix& coordinates);
+/// Problem::scale_rotation_changes, given in pixels, where steps are measured in `coordinates`, which are `points`
+/// moved and scaled in each image.
+PointMatrix InCoordinates(const PointMatrix& scale_rotation_changes, const PointMatrix& points,
+                          const PointMatrix& coordinates);
 
 }  // namespace diffsac

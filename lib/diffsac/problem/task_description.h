@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "diffsac/core/type_list.h"
-#include "diffsac/problem/solver_space.h"
+#include "diffsac/problem/normalized_problem.h"
 
 namespace diffsac {
 
@@ -16,7 +16,7 @@ inline constexpr const char* kModelName = nullptr;
 /// What everything above geometry asks of a task: a struct of static members, one a task, derived from
 /// TaskDescriptionOf<Models...> and named in the list of problem/tasks.h. That is all that knows it: names, sizes and
 /// dispatch follow from the list, features, methods and learners from the members. What needs the truth (labels,
-/// errors) is in a table of the lab (lab/truth/task_truth.h).
+/// errors) is in a table of the lab (lab/ground_truth/task_truth.h).
 ///
 ///   Model, Models         the task's own geometry model (geometry/model.h), whose kModelName names the task, and all
 ///                         by which its minimal sets can be solved (key `model`), the own first
@@ -38,15 +38,16 @@ inline constexpr const char* kModelName = nullptr;
 ///                         whether the inliers determine it, of two views (ParallaxOfEstimate)
 ///   LeaveOutBehind(model, pose, space, threshold, inliers)
 ///                         takes inliers that lie behind a camera out of *inliers, and returns their share of all that
-///                         fit but for that (Estimate::share_behind); threshold: theirs, in the space's unit
+///                         fit but for that (Estimate::cheirality_failure_ratio); threshold: theirs, in the space's
+///                         unit
 ///   ImagePoints(problem)  where the points are in the (first) image, N × 2 pixels, for pictures
 ///   PointWeights(problem) N values in [0, 1], how much each point says: weights in scores
 ///                         (consensus.inlier_prior_power), of draws (sampler `weighted`) and their order (`prosac`)
 ///   Normalize(problem, unit)
 ///                         the points in the coordinates in which the models are solved; sets *unit, how much of the
-///                         data's unit is one unit there (SolverSpace). Absent: the points as they are.
+///                         data's unit is one unit there (NormalizedProblem). Absent: the points as they are.
 template <class T>
-concept TaskDescription = requires(const Problem& problem, const SolverSpace& space) {
+concept TaskDescription = requires(const Problem& problem, const NormalizedProblem& space) {
   typename T::Model;
   typename T::Models;
   requires(kModelName<typename T::Model> != nullptr);

@@ -1,8 +1,8 @@
 #include "diffsac/problem/tasks.h"
 
-#include "diffsac/consensus/model_hooks.h"
 #include "diffsac/core/nearest_word.h"
 #include "diffsac/core/status.h"
+#include "diffsac/ransac/model_hooks.h"
 
 namespace diffsac {
 namespace {
@@ -60,7 +60,7 @@ std::string ToString(const TaskModel& model) {
   return DispatchModel(model, []<class Model>() { return std::string(kModelName<Model>); });
 }
 
-Status CheckSpace(const SolverSpace& space, const TaskModel& model) {
+Status CheckSpace(const NormalizedProblem& space, const TaskModel& model) {
   if (!space.is_accepted()) return Status::kDegenerate;
   return DispatchModel(model, [&]<MinimalModel Model>() { return CheckPoints<Model>(space.points()); });
 }

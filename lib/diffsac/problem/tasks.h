@@ -95,7 +95,7 @@ int MinimalSetSize(const TaskModel& model);
 
 /// kOk, or why no estimator can solve this model from the points: those of CheckPoints, kDegenerate without what the
 /// task needs.
-Status CheckSpace(const SolverSpace& space, const TaskModel& model);
+Status CheckSpace(const NormalizedProblem& space, const TaskModel& model);
 
 /// DispatchTask with a model that may not be the task's own.
 template <class Body>

@@ -16,10 +16,10 @@ namespace diffsac {
 template <class Own, class... Others>
 struct TwoViewTask : TaskDescriptionOf<Own, Others...> {
   static constexpr bool kTwoView = true;
-  static PointMatrix FeatureCoordinates(const SolverSpace& space) { return MatchCoordinates(space.problem()); }
+  static PointMatrix FeatureCoordinates(const NormalizedProblem& space) { return MatchCoordinates(space.problem()); }
   static PointMatrix ImagePoints(const Problem& problem) { return problem.points.leftCols(2); }
-  static ParallaxTest Parallax(const ModelParameters&, const std::vector<std::uint8_t>&, const SolverSpace&) {
-    return {Translation::kDetermined};
+  static ParallaxTest Parallax(const ModelParameters&, const std::vector<std::uint8_t>&, const NormalizedProblem&) {
+    return {Degeneracy::kDetermined};
   }
   static Matrix3Parameters PixelModel(const ModelParameters& model, const Problem&) { return model; }
   static double PixelResidual(const Matrix3Parameters& model, const double* point) {

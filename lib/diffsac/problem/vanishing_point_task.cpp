@@ -60,7 +60,7 @@ PointMatrix VanishingPointTask::Normalize(const Problem& problem, double* unit) 
   return NormalizedCoordinates(problem.points, K, K);
 }
 
-PointMatrix VanishingPointTask::FeatureCoordinates(const SolverSpace& space) {
+PointMatrix VanishingPointTask::FeatureCoordinates(const NormalizedProblem& space) {
   // The middle; and the line, whose sign says nothing, as a direction of double angle, the longer the longer it is.
   constexpr double kUnit = 0.25;
   const PointMatrix& points = space.points();

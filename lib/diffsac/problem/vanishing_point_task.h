@@ -14,7 +14,7 @@ inline constexpr const char* kModelName<VanishingPoint> = "vanishing_point";
 /// SegmentCamera's guess.
 struct VanishingPointTask : TaskDescriptionOf<VanishingPoint> {
   static PointMatrix Normalize(const Problem& problem, double* unit);
-  static PointMatrix FeatureCoordinates(const SolverSpace& space);
+  static PointMatrix FeatureCoordinates(const NormalizedProblem& space);
   /// N × 2: the middles of the segments.
   static PointMatrix ImagePoints(const Problem& problem);
   /// N values in [0, 1]: the segments' lengths, relative to the image's diagonal. Longer ones are surer.

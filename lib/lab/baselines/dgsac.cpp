@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/consensus/scores/scorer.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/ransac/scores/scorer.h"
 #include "lab/baselines/density_guide.h"
 #include "lab/baselines/residual_density.h"
 
@@ -25,8 +25,8 @@ constexpr int kPreferred = 5;
 /// Least contrast of a hypothesis (InlierExtent); less is a flat density.
 constexpr double kMinContrast = 3.0;
 /// Correlation from which two hypotheses stand for one structure.
-constexpr double kSameStructure = 0.15;
-constexpr std::size_t kMostStructures = 20;
+constexpr double kSameInstance = 0.15;
+constexpr std::size_t kMostInstances = 20;
 
 /// One run over one point set: sampling in rounds, then selection, then the refit.
 template <MinimalModel Model>
@@ -60,14 +60,14 @@ class DgsacRun {
     result->guided_from = guided_from_;
     result->unique_minimal_sets = CountUniqueSets(sets_, Model::kMinimalSize);
     result->first_sets = FirstSets(sets_, Model::kMinimalSize);
-    std::vector<Candidate> structures = Structures(Candidates());
+    std::vector<Candidate> instances = Instances(Candidates());
     if (options_.refit == DgsacRefit::kDensity) {
-      for (Candidate& structure : structures) Refit(&structure);
-      structures = Structures(std::move(structures));
+      for (Candidate& instance : instances) Refit(&instance);
+      instances = Instances(std::move(instances));
     }
-    result->structures = static_cast<int>(std::count_if(
-        structures.begin(), structures.end(), [&](const Candidate& structure) { return IsClear(structure); }));
-    if (!structures.empty()) Report(structures[Choose(structures)], result);
+    result->instances = static_cast<int>(std::count_if(instances.begin(), instances.end(),
+                                                       [&](const Candidate& instance) { return IsClear(instance); }));
+    if (!instances.empty()) Report(instances[Choose(instances)], result);
     result->hypotheses = hypotheses_;
     result->sets = std::move(sets_);
   }
@@ -169,10 +169,10 @@ class DgsacRun {
 
   /// One candidate for each structure, at most kMostStructures, the densest; where no candidate is clear, the one of
   /// greatest evidence, so that hard data have an answer too.
-  std::vector<Candidate> Structures(std::vector<Candidate> candidates) const {
+  std::vector<Candidate> Instances(std::vector<Candidate> candidates) const {
     std::vector<DensityHypothesis> densities;
     for (Candidate& candidate : candidates) densities.push_back(std::move(candidate.density));
-    std::vector<int> selected = SelectStructures(densities, kMinContrast, kSameStructure);
+    std::vector<int> selected = SelectInstances(densities, kMinContrast, kSameInstance);
     if (selected.empty() && !candidates.empty()) {
       const auto by_evidence = [](const auto& a, const auto& b) { return a.inliers.evidence < b.inliers.evidence; };
       selected.push_back(
@@ -180,19 +180,19 @@ class DgsacRun {
     }
     std::stable_sort(selected.begin(), selected.end(),
                      [&](int a, int b) { return Goodness(densities[a]) > Goodness(densities[b]); });
-    if (selected.size() > kMostStructures) selected.resize(kMostStructures);
+    if (selected.size() > kMostInstances) selected.resize(kMostInstances);
     std::vector<Candidate> result;
     for (const int s : selected) result.push_back({candidates[s].model, std::move(densities[s])});
     return result;
   }
 
   /// The structure that is reported, the densest where equal.
-  int Choose(const std::vector<Candidate>& structures) const {
+  int Choose(const std::vector<Candidate>& instances) const {
     if (options_.choose == DgsacChoice::kDensest) return 0;
-    std::vector<int> points(structures.size(), 0), all(structures.size());
+    std::vector<int> points(instances.size(), 0), all(instances.size());
     std::iota(all.begin(), all.end(), 0);
     std::vector<DensityHypothesis> densities;
-    for (const Candidate& structure : structures) densities.push_back(structure.density);
+    for (const Candidate& instance : instances) densities.push_back(instance.density);
     for (const int owner : AssignPoints(densities, all))
       if (owner >= 0) ++points[owner];
     return static_cast<int>(std::max_element(points.begin(), points.end()) - points.begin());
@@ -228,7 +228,7 @@ class DgsacRun {
       result->inliers[order[k]] = 1;
       squares += residuals[order[k]] * residuals[order[k]];
     }
-    result->noise_scale = std::sqrt(squares / std::max(1, inliers.count - Model::kMinimalSize));
+    result->sigma = std::sqrt(squares / std::max(1, inliers.count - Model::kMinimalSize));
   }
 
   const DgsacOptions& options_;

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "diffsac/consensus/sample_consensus.h"
+#include "diffsac/ransac/sample_consensus.h"
 #include "lab/options/options.h"
 
 namespace diffsac {
@@ -48,10 +48,10 @@ struct DgsacResult {
   Status status = Status::kNoModel;
   ModelParameters model;
   std::vector<std::uint8_t> inliers;  ///< By the density alone.
-  double noise_scale = 0.0;           ///< Root mean square residual of these inliers, γ of them not counted.
+  double sigma = 0.0;                 ///< Root mean square residual of these inliers, γ of them not counted.
   double extent = 0.0;                ///< Largest residual of these inliers.
   double evidence = 0.0;              ///< Of the model (InlierExtent).
-  int structures = 0;                 ///< Found; 0 when the model was taken although its contrast was low.
+  int instances = 0;                  ///< Found; 0 when the model was taken although its contrast was low.
   int hypotheses = 0;                 ///< Models solved or fitted.
   int unique_minimal_sets = 0;
   std::vector<std::vector<int>> first_sets;  ///< Up to kReportedSets, as they were drawn.

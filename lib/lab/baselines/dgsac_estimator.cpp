@@ -1,9 +1,9 @@
 #include <string>
 #include <utility>
 
-#include "diffsac/estimators/classical.h"
-#include "diffsac/estimators/robust_estimator.h"
-#include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/estimate/classical.h"
+#include "diffsac/estimate/robust_estimator.h"
+#include "diffsac/estimate/task_dispatch.h"
 #include "lab/baselines/dgsac.h"
 #include "lab/config/estimator_registry.h"
 #include "lab/options/options.h"
@@ -32,7 +32,7 @@ struct DgsacEstimatorOptions {
 class DgsacEstimator : public RobustEstimator {
  public:
   explicit DgsacEstimator(const DgsacEstimatorOptions& options) : options_(options) { CheckOptions(options); }
-  Estimate DoRun(const SolverSpace& space, std::uint64_t seed) const override;
+  Estimate DoRun(const NormalizedProblem& space, std::uint64_t seed) const override;
 
  private:
   DgsacEstimatorOptions options_;
@@ -40,32 +40,32 @@ class DgsacEstimator : public RobustEstimator {
 
 /// What the other rows do with their best hypothesis, done with this one.
 template <MinimalModel Model>
-void FinishByConsensus(const SolverSpace& space, const ConsensusOptions& options, const ModelParameters& model,
+void FinishByConsensus(const NormalizedProblem& space, const ConsensusOptions& options, const ModelParameters& model,
                        const Rng& rng, Estimate* estimate) {
   EstimationPriors priors;
   priors.models.push_back(model);
   PrecomputedSampler no_sets({});
   ConsensusResult result = SearchCheckedPoints<Model>(space.points(), space.threshold(), no_sets, options, rng, priors);
-  estimate->report.hypotheses += result.hypotheses;
+  estimate->stats.hypotheses += result.hypotheses;
   if (result.status != Status::kOk) return;
   estimate->model = std::move(result.model);
   estimate->inliers = std::move(result.inliers);
   estimate->score = result.score;
-  estimate->noise_scale = space.unit() * result.noise_scale;
+  estimate->sigma = space.unit() * result.sigma;
 }
 
 template <MinimalModel Model>
-Estimate EstimateModel(const SolverSpace& space, const DgsacEstimatorOptions& options, std::uint64_t seed) {
+Estimate EstimateModel(const NormalizedProblem& space, const DgsacEstimatorOptions& options, std::uint64_t seed) {
   Estimate estimate;
   const Rng rng = Rng(seed).Fork("dgsac");
   DgsacResult found = EstimateDgsac<Model>(space.points(), options.search, rng);
   estimate.status = found.status;
-  estimate.report.hypotheses = found.hypotheses;
-  estimate.report.unique_minimal_sets = found.unique_minimal_sets;
+  estimate.stats.hypotheses = found.hypotheses;
+  estimate.stats.unique_minimal_sets = found.unique_minimal_sets;
   estimate.minimal_sets = std::move(found.first_sets);
   if (found.status != Status::kOk) return estimate;
   AcceptModel<Model>(space, found.model, &estimate);
-  estimate.noise_scale = space.unit() * found.noise_scale;
+  estimate.sigma = space.unit() * found.sigma;
   if (options.finish == DgsacFinish::kConsensus)
     FinishByConsensus<Model>(space, options.consensus, found.model, rng.Fork("consensus"), &estimate);
   return estimate;
@@ -87,9 +87,10 @@ DgsacEstimatorOptions DefaultDgsacOptions(Task task) {
   return options;
 }
 
-Estimate DgsacEstimator::DoRun(const SolverSpace& given, std::uint64_t seed) const {
-  return TimedEstimate(
-      given, [&]<MinimalModel Model>(const SolverSpace& space) { return EstimateModel<Model>(space, options_, seed); });
+Estimate DgsacEstimator::DoRun(const NormalizedProblem& given, std::uint64_t seed) const {
+  return TimedEstimate(given, [&]<MinimalModel Model>(const NormalizedProblem& space) {
+    return EstimateModel<Model>(space, options_, seed);
+  });
 }
 
 const RegisteredEstimator<DgsacEstimatorOptions> kDgsac(

@@ -1,7 +1,7 @@
 #include <opencv2/calib3d.hpp>
 #include <vector>
 
-#include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/estimate/task_dispatch.h"
 #include "lab/baselines/opencv_usac.h"
 #include "lab/config/estimator_registry.h"
 #include "lab/options/options.h"
@@ -73,11 +73,11 @@ bool SolveWithOpencv(const Problem& problem, const OpencvPnpOptions& options, Ab
 class OpencvPnp : public RobustEstimator {
  public:
   explicit OpencvPnp(const OpencvPnpOptions& options) : options_(options) {}
-  Estimate DoRun(const SolverSpace& given, std::uint64_t /*seed*/) const override {
-    return TimedEstimate(given, [&]<MinimalModel Model>(const SolverSpace& space) {
+  Estimate DoRun(const NormalizedProblem& given, std::uint64_t /*seed*/) const override {
+    return TimedEstimate(given, [&]<MinimalModel Model>(const NormalizedProblem& space) {
       Estimate estimate;
       if constexpr (std::same_as<Model, AbsolutePose>) {
-        estimate.report.hypotheses = options_.max_iterations;
+        estimate.stats.hypotheses = options_.max_iterations;
         AbsolutePose::Parameters pose;
         if (SolveWithOpencv(space.problem(), options_, &pose)) AcceptModel<Model>(space, pose, &estimate);
       }

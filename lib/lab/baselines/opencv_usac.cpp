@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/estimate/task_dispatch.h"
 #include "lab/config/estimator_registry.h"
 
 namespace diffsac {
@@ -58,9 +58,9 @@ cv::Mat RunOpencv(const cv::Mat& first, const cv::Mat& second, double threshold,
 }
 
 template <MinimalModel Model>
-Estimate EstimateWithOpencv(const SolverSpace& space, const OpencvUsacOptions& options) {
+Estimate EstimateWithOpencv(const NormalizedProblem& space, const OpencvUsacOptions& options) {
   Estimate estimate;
-  estimate.report.hypotheses = options.max_iterations;
+  estimate.stats.hypotheses = options.max_iterations;
   const std::vector<int> order = OpencvOrder(space.problem(), options.preset == OpencvPreset::kProsac);
   const int size = static_cast<int>(order.size());
   cv::Mat first(size, 2, CV_64F), second(size, 2, CV_64F);
@@ -90,9 +90,9 @@ Estimate EstimateWithOpencv(const SolverSpace& space, const OpencvUsacOptions& o
 std::vector<int> OpencvOrder(const Problem& problem, bool by_quality) {
   std::vector<int> order(problem.points.rows());
   std::iota(order.begin(), order.end(), 0);
-  if (by_quality && problem.match_ratio.size() == problem.points.rows())
+  if (by_quality && problem.snn_ratio.size() == problem.points.rows())
     std::stable_sort(order.begin(), order.end(),
-                     [&](int a, int b) { return problem.match_ratio[a] < problem.match_ratio[b]; });
+                     [&](int a, int b) { return problem.snn_ratio[a] < problem.snn_ratio[b]; });
   return order;
 }
 
@@ -103,13 +103,13 @@ void OpencvUsacOptions::Bind(OptionsBinder& b) {
   b.Field("preset", preset).Help("OpenCV's flag; `prosac` gets the matches best first");
 }
 
-Estimate OpencvUsacEstimator::DoRun(const SolverSpace& given, std::uint64_t /*seed*/) const {
+Estimate OpencvUsacEstimator::DoRun(const NormalizedProblem& given, std::uint64_t /*seed*/) const {
   if (options_.preset == OpencvPreset::kAccurate && given.points().rows() > kMostInGraphCut) {
     Estimate refused;
     refused.status = Status::kTooManyPoints;
     return refused;
   }
-  return TimedEstimate(given, [&]<MinimalModel Model>(const SolverSpace& space) {
+  return TimedEstimate(given, [&]<MinimalModel Model>(const NormalizedProblem& space) {
     if constexpr (kIsOpencvs<Model>) return EstimateWithOpencv<Model>(space, options_);
     return Estimate{};
   });

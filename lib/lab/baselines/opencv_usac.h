@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/estimate/robust_estimator.h"
 #include "lab/options/options.h"
 
 namespace diffsac {
@@ -37,7 +37,7 @@ struct OpencvUsacOptions {
 class OpencvUsacEstimator : public RobustEstimator {
  public:
   explicit OpencvUsacEstimator(const OpencvUsacOptions& options) : options_(options) { CheckOptions(options); }
-  Estimate DoRun(const SolverSpace& space, std::uint64_t seed) const override;
+  Estimate DoRun(const NormalizedProblem& space, std::uint64_t seed) const override;
 
  private:
   OpencvUsacOptions options_;

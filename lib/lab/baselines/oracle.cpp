@@ -1,6 +1,6 @@
 #include "lab/baselines/oracle.h"
 
-#include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/estimate/task_dispatch.h"
 #include "lab/config/estimator_registry.h"
 #include "lab/options/options.h"
 
@@ -17,14 +17,14 @@ bool FitFromTruth(const PointMatrix& points, const Eigen::VectorXd& weights, con
 }
 
 template <MinimalModel Model>
-Estimate FitTruth(const SolverSpace& space, const GroundTruth& truth) {
+Estimate FitTruth(const NormalizedProblem& space, const GroundTruth& truth) {
   Estimate estimate;
   const Eigen::Index size = space.points().rows();
   if (static_cast<Eigen::Index>(truth.inliers.size()) != size) return estimate;
   Eigen::VectorXd weights(size);
   for (Eigen::Index i = 0; i < size; ++i) weights[i] = truth.inliers[i] != 0 ? 1.0 : 0.0;
   typename Model::Parameters model;
-  estimate.report.hypotheses = 1;
+  estimate.stats.hypotheses = 1;
   if (!FitFromTruth<Model>(space.points(), weights, truth.model, &model)) return estimate;
   AcceptModel<Model>(space, model, &estimate);
   return estimate;
@@ -32,17 +32,17 @@ Estimate FitTruth(const SolverSpace& space, const GroundTruth& truth) {
 
 /// The same of each structure, with the true labels.
 template <MinimalModel Model>
-Estimate FitStructures(const SolverSpace& space, const GroundTruth& truth) {
-  StructuresResult found;
+Estimate FitInstances(const NormalizedProblem& space, const GroundTruth& truth) {
+  InstancesResult found;
   if (static_cast<Eigen::Index>(truth.assignment.size()) != space.points().rows()) return EstimateOf(std::move(found));
-  const auto count = static_cast<std::int32_t>(truth.structures.size());
+  const auto count = static_cast<std::int32_t>(truth.instances.size());
   std::vector<std::int32_t> place(static_cast<std::size_t>(count) + 1, 0);
   for (std::int32_t label = 1; label <= count; ++label) {
     Eigen::VectorXd weights(space.points().rows());
     for (Eigen::Index i = 0; i < weights.size(); ++i) weights[i] = truth.assignment[i] == label ? 1.0 : 0.0;
     typename Model::Parameters model;
     ++found.hypotheses;
-    if (!FitFromTruth<Model>(space.points(), weights, truth.structures[label - 1], &model)) continue;
+    if (!FitFromTruth<Model>(space.points(), weights, truth.instances[label - 1], &model)) continue;
     found.models.emplace_back(model);
     place[label] = static_cast<std::int32_t>(found.models.size());
   }
@@ -54,8 +54,8 @@ Estimate FitStructures(const SolverSpace& space, const GroundTruth& truth) {
 }  // namespace
 
 Estimate OracleEstimate(const Problem& problem, const GroundTruth& truth) {
-  return TimedEstimate(SolverSpace(problem), [&]<MinimalModel Model>(const SolverSpace& space) {
-    return truth.structures.empty() ? FitTruth<Model>(space, truth) : FitStructures<Model>(space, truth);
+  return TimedEstimate(NormalizedProblem(problem), [&]<MinimalModel Model>(const NormalizedProblem& space) {
+    return truth.instances.empty() ? FitTruth<Model>(space, truth) : FitInstances<Model>(space, truth);
   });
 }
 

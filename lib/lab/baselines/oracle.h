@@ -1,7 +1,7 @@
 #pragma once
 
-#include "diffsac/estimators/robust_estimator.h"
-#include "lab/truth/example.h"
+#include "diffsac/estimate/robust_estimator.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 

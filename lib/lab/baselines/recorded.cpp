@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/estimate/task_dispatch.h"
 #include "lab/config/estimator_registry.h"
 #include "lab/files/files.h"
 #include "lab/files/text_scan.h"
@@ -97,19 +97,21 @@ Estimate RecordedRow::Of(const Example& example, const std::string& condition, s
     throw Error(options_.recording + ": row '" + options_.row + "' has no estimate of '" + id + "', condition '" +
                 condition + "', seed " + std::to_string(seed) + "; was it recorded for another choice of problems?");
   const Record& record = found->second;
-  Estimate estimate = TimedEstimate(SolverSpace(example.problem), [&]<MinimalModel Model>(const SolverSpace& space) {
-    Estimate accepted;
-    if (record.model.size() == 0) return accepted;
-    if (record.model.size() != Model::Parameters::SizeAtCompileTime)
-      throw Error(options_.recording + ": '" + id + "': expected " +
-                  std::to_string(Model::Parameters::SizeAtCompileTime) + " numbers of a model, not " +
-                  std::to_string(record.model.size()));
-    if (record.model.allFinite()) AcceptModel<Model>(space, InSolverUnits(record.model, example.problem), &accepted);
-    return accepted;
-  });
+  Estimate estimate =
+      TimedEstimate(NormalizedProblem(example.problem), [&]<MinimalModel Model>(const NormalizedProblem& space) {
+        Estimate accepted;
+        if (record.model.size() == 0) return accepted;
+        if (record.model.size() != Model::Parameters::SizeAtCompileTime)
+          throw Error(options_.recording + ": '" + id + "': expected " +
+                      std::to_string(Model::Parameters::SizeAtCompileTime) + " numbers of a model, not " +
+                      std::to_string(record.model.size()));
+        if (record.model.allFinite())
+          AcceptModel<Model>(space, InSolverUnits(record.model, example.problem), &accepted);
+        return accepted;
+      });
   if (estimate.status != Status::kOk)
     estimate.inliers.assign(static_cast<std::size_t>(example.problem.points.rows()), 0);
-  estimate.report.ms_consensus = estimate.report.ms_total = record.ms;
+  estimate.stats.ms_consensus = estimate.stats.ms_total = record.ms;
   return estimate;
 }
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <tuple>
 
-#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/estimate/robust_estimator.h"
+#include "lab/ground_truth/example.h"
 #include "lab/options/options.h"
-#include "lab/truth/example.h"
 
 namespace diffsac {
 

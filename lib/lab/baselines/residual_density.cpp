@@ -159,8 +159,8 @@ double TopListCorrelation(const std::vector<int>& first, const std::vector<int>&
   return 1.0 - footrule / (static_cast<double>(count) * (count + 1));
 }
 
-std::vector<int> SelectStructures(const std::vector<DensityHypothesis>& hypotheses, double min_contrast,
-                                  double same_structure) {
+std::vector<int> SelectInstances(const std::vector<DensityHypothesis>& hypotheses, double min_contrast,
+                                 double same_instance) {
   std::vector<int> left;
   for (int h = 0; h < static_cast<int>(hypotheses.size()); ++h)
     if (hypotheses[h].inliers.count > 0 && hypotheses[h].inliers.contrast >= min_contrast) left.push_back(h);
@@ -173,7 +173,7 @@ std::vector<int> SelectStructures(const std::vector<DensityHypothesis>& hypothes
     std::vector<int> others;
     for (const int h : left) {
       const int count = std::min(seed.inliers.count, hypotheses[h].inliers.count);
-      if (h != left.front() && TopListCorrelation(seed.order, hypotheses[h].order, count) < same_structure) {
+      if (h != left.front() && TopListCorrelation(seed.order, hypotheses[h].order, count) < same_instance) {
         others.push_back(h);
       } else if (Goodness(hypotheses[h]) > Goodness(hypotheses[best])) {
         best = h;

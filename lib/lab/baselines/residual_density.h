@@ -71,8 +71,8 @@ double TopListCorrelation(const std::vector<int>& first, const std::vector<int>&
 /// area_share / mean_residual opens a structure; with it go all that correlate with it, by TopListCorrelation over the
 /// smaller number of inliers, by `same_structure` or more; of these the one with the greatest Goodness
 /// stands for the structure. Hypotheses of a contrast below `min_contrast` are left out. Indices, first opened first.
-std::vector<int> SelectStructures(const std::vector<DensityHypothesis>& hypotheses, double min_contrast,
-                                  double same_structure);
+std::vector<int> SelectInstances(const std::vector<DensityHypothesis>& hypotheses, double min_contrast,
+                                 double same_instance);
 
 /// The structure that each point belongs to: of the selected hypotheses that count it as an inlier, the one with the
 /// greatest `share` of it, as an index into `selected`, the first where equal; −1 for an outlier of all.

@@ -2,8 +2,8 @@
 #include <array>
 #include <cmath>
 
-#include "diffsac/estimators/robust_estimator.h"
-#include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/estimate/robust_estimator.h"
+#include "diffsac/estimate/task_dispatch.h"
 #include "lab/config/estimator_registry.h"
 #include "lab/options/options.h"
 
@@ -27,7 +27,7 @@ struct TheilSenOptions {
 class TheilSenEstimator : public RobustEstimator {
  public:
   explicit TheilSenEstimator(const TheilSenOptions& options) : options_(options) { CheckOptions(options); }
-  Estimate DoRun(const SolverSpace& space, std::uint64_t seed) const override;
+  Estimate DoRun(const NormalizedProblem& space, std::uint64_t seed) const override;
 
  private:
   TheilSenOptions options_;
@@ -71,7 +71,7 @@ typename Hyperplane<D>::Parameters FromSlopes(const PointMatrix& points, const s
 }
 
 template <int D>
-Estimate EstimateHyperplane(const SolverSpace& space, int budget, std::uint64_t seed) {
+Estimate EstimateHyperplane(const NormalizedProblem& space, int budget, std::uint64_t seed) {
   using Model = Hyperplane<D>;
   Estimate estimate;
   const std::vector<int> sets = DrawSets(static_cast<int>(space.points().rows()), D, budget, seed);
@@ -82,8 +82,8 @@ Estimate EstimateHyperplane(const SolverSpace& space, int budget, std::uint64_t 
     if (Model::SolveMinimal(space.points(), sets.data() + start, &solved) == 0 || !Slopes<D>(solved, &slopes)) continue;
     for (int i = 0; i < D - 1; ++i) samples[i].push_back(slopes[i]);
   }
-  estimate.report.hypotheses = static_cast<int>(sets.size() / D);
-  estimate.report.unique_minimal_sets = CountUniqueSets(sets, D);
+  estimate.stats.hypotheses = static_cast<int>(sets.size() / D);
+  estimate.stats.unique_minimal_sets = CountUniqueSets(sets, D);
   if (samples[0].empty()) return estimate;
   for (int i = 0; i < D - 1; ++i) slopes[i] = Median(&samples[i]);
   const typename Model::Parameters model = FromSlopes<D>(space.points(), slopes);
@@ -97,8 +97,8 @@ void TheilSenOptions::Bind(OptionsBinder& b) {
       .Help("most minimal sets to solve: all, where there are no more than this, else this many random ones");
 }
 
-Estimate TheilSenEstimator::DoRun(const SolverSpace& given, std::uint64_t seed) const {
-  return TimedEstimate(given, [&]<MinimalModel Model>(const SolverSpace& space) {
+Estimate TheilSenEstimator::DoRun(const NormalizedProblem& given, std::uint64_t seed) const {
+  return TimedEstimate(given, [&]<MinimalModel Model>(const NormalizedProblem& space) {
     if constexpr (HyperplaneModel<Model>)
       return EstimateHyperplane<Model::kDimension>(space, options_.max_iterations, seed);
     return Estimate{};

@@ -1,19 +1,18 @@
 #include <utility>
 
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/classical.h"
-#include "diffsac/estimators/presets.h"
+#include "diffsac/estimate/classical.h"
+#include "diffsac/estimate/presets.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/estimator_registry.h"
 
 namespace diffsac {
 namespace {
 
-/// The presets of estimators/presets.h that a search without a network has, with the sampler of its type.
+/// The presets of estimate/presets.h that a search without a network has, with the sampler of its type.
 ClassicalOptions OfPreset(const std::string& preset, Task task, const ClassicalOptions& defaults) {
   if (preset == ToString(Preset::kDefault)) return defaults;
-  ClassicalOptions options =
-      preset == ToString(Preset::kSeveral) ? SeveralStructures(task) : RecommendedClassical(task);
+  ClassicalOptions options = preset == ToString(Preset::kSeveral) ? SeveralInstances(task) : RecommendedClassical(task);
   options.sampling = defaults.sampling;
   return options;
 }
@@ -80,7 +79,7 @@ const RegisteredClassical kExhaustive(
       consensus.refit_rounds = 1;
       consensus.refit_threshold_factor = 1.0;
       consensus.refit_candidates = 5;
-      consensus.final_score = ScoreKind::kGaussianUniform;
+      consensus.final_score = ScoreKind::kMlesac;
       return options;
     });
 

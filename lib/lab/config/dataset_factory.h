@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
+#include "lab/ground_truth/example.h"
 #include "lab/options/options.h"
-#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -9,8 +9,8 @@
 #include "diffsac/core/registry.h"
 #include "lab/config/typed_options.h"
 #include "lab/config/yaml.h"
+#include "lab/ground_truth/example.h"
 #include "lab/options/options.h"
-#include "lab/truth/example.h"
 
 namespace diffsac {
 

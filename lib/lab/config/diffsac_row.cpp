@@ -1,8 +1,8 @@
 #include <memory>
 
-#include "diffsac/estimators/diffsac_estimator.h"
-#include "diffsac/estimators/diffsac_model.h"
-#include "diffsac/estimators/presets.h"
+#include "diffsac/estimate/diffsac_estimator.h"
+#include "diffsac/estimate/diffsac_model.h"
+#include "diffsac/estimate/presets.h"
 #include "lab/config/registered_learned_estimator.h"
 #include "lab/config/row_keys.h"
 
@@ -12,7 +12,8 @@ static void CheckRow(const Config& row, const DiffsacOptions& options, const Dif
   const bool by_confidence = options.consensus.stopping != Stopping::kBudget;
   CheckRowKeys(row, {{"sampler", !network.options.direct, "the network was trained without diffusion"},
                      {"consensus.max_iterations", by_confidence,
-                      "it needs consensus.stopping: confidence; the budget is copies, head_sets and extra_sets"}});
+                      "it needs consensus.stopping: confidence; the budget is num_diffusion_samples, "
+                      "num_guided_samples and num_uniform_samples"}});
   CheckSharedKeys(row, network);
 }
 

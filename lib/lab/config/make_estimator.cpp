@@ -1,9 +1,9 @@
 #include "lab/config/make_estimator.h"
 
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/diffsac_model.h"
-#include "diffsac/estimators/estimator.h"
-#include "diffsac/estimators/learned_model.h"
+#include "diffsac/estimate/diffsac_model.h"
+#include "diffsac/estimate/estimator.h"
+#include "diffsac/estimate/learned_model.h"
 #include "lab/config/estimator_registry.h"
 #include "lab/config/paths.h"
 #include "lab/config/registered_learned_estimator.h"
@@ -23,7 +23,7 @@ TableRow MakeRow(const Config& config, Task task, const EstimatorContext& contex
   TableRow row = EntryOf(config).make(config, task, context);
   if (row.estimator() != nullptr && row.estimator()->SearchesAgain())
     row.SetWithoutScores(
-        [kept = KeptEstimator(task, {})]() -> const RobustEstimator& { return kept->WithoutScores(); });
+        [kept = CachedEstimator(task, {})]() -> const RobustEstimator& { return kept->WithoutScores(); });
   return row;
 }
 

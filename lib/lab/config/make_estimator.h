@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/estimate/robust_estimator.h"
 #include "lab/config/table_row.h"
 #include "lab/options/options.h"
 

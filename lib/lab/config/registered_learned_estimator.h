@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "diffsac/estimators/learned_model.h"
+#include "diffsac/estimate/learned_model.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/estimator_registry.h"
 #include "lab/options/config_json.h"

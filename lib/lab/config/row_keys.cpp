@@ -13,10 +13,9 @@ void CheckRowKeys(const Config& row, std::initializer_list<RowKey> keys) {
 }
 
 void CheckSharedKeys(const Config& row, const LearnedModel& network) {
-  const bool preference = network.feature_options.Has(PointFeature::kPreference);
-  const char* features = "the network sees no preference features";
-  CheckRowKeys(
-      row, {{"feature_hypotheses", preference, features, "false"}, {"preference_draws", preference, features, "0"}});
+  const bool residual = network.feature_options.Has(PointFeature::kResidual);
+  const char* features = "the network sees no residual features";
+  CheckRowKeys(row, {{"feature_hypotheses", residual, features, "false"}, {"residual_draws", residual, features, "0"}});
 }
 
 }  // namespace diffsac

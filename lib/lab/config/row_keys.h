@@ -2,7 +2,7 @@
 
 #include <initializer_list>
 
-#include "diffsac/estimators/learned_model.h"
+#include "diffsac/estimate/learned_model.h"
 #include "lab/options/config.h"
 
 namespace diffsac {

@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "diffsac/estimators/robust_estimator.h"
-#include "lab/truth/example.h"
+#include "diffsac/estimate/robust_estimator.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 

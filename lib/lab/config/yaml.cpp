@@ -11,7 +11,7 @@
 
 #include "diffsac/core/registry.h"
 #include "diffsac/core/status.h"
-#include "diffsac/network/engine/checkpoint_info.h"
+#include "diffsac/guidance/engine/checkpoint_info.h"
 #include "lab/config/config_to_json.h"
 #include "lab/files/files.h"
 

@@ -23,8 +23,8 @@
 #include "lab/data/pair_scenes.h"
 #include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
+#include "lab/ground_truth/task_truth.h"
 #include "lab/options/options.h"
-#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -57,7 +57,7 @@ Example ReadImage(const H5::Group& group, double inlier_threshold_px, const std:
   if (ratios.shape[0] != points.shape[0]) throw Error(place + "/ratios: expected one for each row of points");
   const auto count = static_cast<Eigen::Index>(points.shape[0]);
   problem.points = Eigen::Map<const PointMatrix>(points.values.data(), count, 5);
-  problem.match_ratio = Eigen::Map<const Eigen::VectorXd>(ratios.values.data(), count);
+  problem.snn_ratio = Eigen::Map<const Eigen::VectorXd>(ratios.values.data(), count);
   const Numbers k = ReadNumbersOfShape(group, "K", {3, 3}, place);
   const Eigen::Matrix3d K =
       CheckedCalibration(Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(k.values.data()), place + "/K");

@@ -15,9 +15,9 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
+#include "diffsac/ransac/sample_consensus.h"
 #include "lab/config/dataset_registry.h"
 #include "lab/data/finite_points.h"
 #include "lab/data/pair_filter.h"
@@ -61,7 +61,7 @@ Example ReadPair(const H5::Group& group, const CloudMatchesOptions& options, con
   if (group.nameExists("ratios")) {
     const Numbers ratios = ReadNumbersOfShape(group, "ratios", {0}, place);
     if (ratios.shape[0] != points.shape[0]) throw Error(place + "/ratios: expected one for each row of points");
-    problem.match_ratio = Eigen::Map<const Eigen::VectorXd>(ratios.values.data(), count);
+    problem.snn_ratio = Eigen::Map<const Eigen::VectorXd>(ratios.values.data(), count);
   }
   if (!group.nameExists("motion")) return example;
   const Numbers motion = ReadNumbersOfShape(group, "motion", {3, 4}, place);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "diffsac/core/enum_names.h"
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 

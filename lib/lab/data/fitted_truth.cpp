@@ -4,15 +4,15 @@
 #include <limits>
 #include <vector>
 
-#include "diffsac/consensus/sample_consensus.h"
-#include "diffsac/consensus/samplers/minimal_sampler.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/geometry/refine.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/data/structure_sizes.h"
-#include "lab/truth/pair_truth.h"
+#include "diffsac/ransac/sample_consensus.h"
+#include "diffsac/ransac/samplers/minimal_sampler.h"
+#include "lab/data/instance_sizes.h"
+#include "lab/ground_truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -144,8 +144,8 @@ int FewestLabelled(Task task) {
   return 1 + (task == Task::kFundamental ? Fundamental::kMinimalSize : Homography::kMinimalSize);
 }
 
-void FitStructures(Task task, const Problem& problem, double loss_px, GroundTruth* truth) {
-  truth->structures.clear();
+void FitInstances(Task task, const Problem& problem, double loss_px, GroundTruth* truth) {
+  truth->instances.clear();
   std::vector<std::vector<int>> rows;
   for (std::size_t i = 0; i < truth->assignment.size(); ++i) {
     const std::int32_t label = truth->assignment[i];
@@ -154,19 +154,19 @@ void FitStructures(Task task, const Problem& problem, double loss_px, GroundTrut
     rows[label - 1].push_back(static_cast<int>(i));
   }
   const auto fit = task == Task::kFundamental ? FitMotion : FitPlane;
-  for (const std::vector<int>& structure : rows) {
-    truth->structures.push_back(fit(problem.points(structure, Eigen::all), loss_px));
-    if (truth->structures.back().size() > 0) continue;
-    for (const int i : structure) truth->assignment[i] = 0;
+  for (const std::vector<int>& instance : rows) {
+    truth->instances.push_back(fit(problem.points(instance, Eigen::all), loss_px));
+    if (truth->instances.back().size() > 0) continue;
+    for (const int i : instance) truth->assignment[i] = 0;
   }
-  ArrangeStructuresOf(task, truth);
+  ArrangeInstancesOf(task, truth);
 }
 
-void ArrangeStructuresOf(Task task, GroundTruth* truth) {
-  ArrangeStructures(FewestLabelled(task), truth);
+void ArrangeInstancesOf(Task task, GroundTruth* truth) {
+  ArrangeInstances(FewestLabelled(task), truth);
   auto& largest = task == Task::kFundamental ? truth->fundamental : truth->homography;
   largest.reset();
-  if (!truth->structures.empty()) largest = AsMatrix(Matrix3Parameters(truth->model));
+  if (!truth->instances.empty()) largest = AsMatrix(Matrix3Parameters(truth->model));
 }
 
 }  // namespace diffsac

@@ -6,7 +6,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/two_view.h"
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 
@@ -45,10 +45,10 @@ int FewestLabelled(Task task);
 /// loss from `loss_px` on, so that wrong labels count little, by Levenberg-Marquardt; from least squares on all, of a
 /// homography from FitDominantPlane (lab/data/fitted_truth.h) where enough matches follow that. Matches of other
 /// labels, and of those that fix no model, become outliers. Order, inliers, model: ArrangeStructures
-/// (lab/data/structure_sizes.h); `homography` or `fundamental` is that of the largest, or empty.
-void FitStructures(Task task, const Problem& problem, double loss_px, GroundTruth* truth);
+/// (lab/data/instance_sizes.h); `homography` or `fundamental` is that of the largest, or empty.
+void FitInstances(Task task, const Problem& problem, double loss_px, GroundTruth* truth);
 
 /// ArrangeStructures of models of the task: what remains of them after some matches were left out.
-void ArrangeStructuresOf(Task task, GroundTruth* truth);
+void ArrangeInstancesOf(Task task, GroundTruth* truth);
 
 }  // namespace diffsac

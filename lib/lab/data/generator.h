@@ -4,8 +4,8 @@
 #include <string>
 
 #include "diffsac/core/random.h"
+#include "lab/ground_truth/example.h"
 #include "lab/options/options.h"
-#include "lab/truth/example.h"
 
 namespace diffsac {
 

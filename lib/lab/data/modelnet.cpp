@@ -138,7 +138,7 @@ ModelnetOptions::ModelnetOptions() {
   matches.inlier_threshold_px = 4.0;
   matches.noise_px = 0.25;
   matches.displaced_share = 0.0;
-  matches.match_ratio = false;
+  matches.snn_ratio = false;
   cameras.image_width = 640;
   cameras.image_aspect = 0.75;
   cameras.focal = Range(0.9, 1.5);

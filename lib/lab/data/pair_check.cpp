@@ -4,8 +4,8 @@
 
 #include "diffsac/core/status.h"
 #include "lab/data/finite_points.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/options/config_tree.h"
-#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -18,9 +18,9 @@ void PairCheck::Add(const Example& pair) {
   pairs_ += 1;
   const GroundTruth& truth = pair.truth;
   if (options_.filter.ratios) {
-    ratios_ += pair.problem.match_ratio.size();
+    ratios_ += pair.problem.snn_ratio.size();
     // Rounded from single precision.
-    bad_ratios_ += (pair.problem.match_ratio.array() < 0.0 || pair.problem.match_ratio.array() > 1.0 + 1e-6).count();
+    bad_ratios_ += (pair.problem.snn_ratio.array() < 0.0 || pair.problem.snn_ratio.array() > 1.0 + 1e-6).count();
   }
   const bool turn = truth.motion && truth.motion->translation.norm() < 1e-9 && options_.task != Task::kHomography;
   without_baseline_ += turn;
@@ -67,7 +67,7 @@ void WarnOfMissingTruth(const Dataset& dataset) {
     const Example pair = dataset.Get(static_cast<std::uint64_t>(i));
     const GroundTruth& truth = pair.truth;
     const std::string folder = dataset.FolderOf(pair.scene);
-    if (folder.empty() || truth.model.size() > 0 || truth.pose || !truth.inliers.empty() || !truth.structures.empty())
+    if (folder.empty() || truth.model.size() > 0 || truth.pose || !truth.inliers.empty() || !truth.instances.empty())
       continue;
     WarnOnce(folder + ": no truth of task " + ToString(dataset.task()) +
              " (R.h5 and T.h5, Egt.h5, Fgt.h5, Hgt.h5 or labels.h5): errors are not measured");

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "lab/data/pair_dataset.h"
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 

@@ -18,7 +18,7 @@
 #include "lab/data/pair_check.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_reading.h"
-#include "lab/truth/pair_truth.h"
+#include "lab/ground_truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -26,7 +26,7 @@ namespace {
 PairReadingOptions ReadingOf(const PairsOptions& options) {
   const bool plane = options.dominant_plane && options.task == Task::kHomography;
   const double threshold = options.inlier_threshold_px;
-  return {options.descriptors, options.refine_truth_px, plane ? threshold : 0.0, options.structures ? threshold : 0.0,
+  return {options.descriptors, options.refine_truth_px, plane ? threshold : 0.0, options.instances ? threshold : 0.0,
           options.task,        options.non_finite};
 }
 
@@ -50,8 +50,8 @@ void GiveHints(const PairsOptions& options, Example* pair) {
   const auto& [K1, K2] = *pair->truth.cameras;
   Problem& problem = pair->problem;
   if (options.principal_points) {
-    problem.hint1.principal_point = Eigen::Vector2d(K1(0, 2), K1(1, 2));
-    problem.hint2.principal_point = Eigen::Vector2d(K2(0, 2), K2(1, 2));
+    problem.camera_prior1.principal_point = Eigen::Vector2d(K1(0, 2), K1(1, 2));
+    problem.camera_prior2.principal_point = Eigen::Vector2d(K2(0, 2), K2(1, 2));
   }
   if (!(options.focal_hint_log_sigma > 0.0)) return;
   Rng rng = Rng(0).Fork("focal_hint/" + pair->id);
@@ -59,8 +59,8 @@ void GiveHints(const PairsOptions& options, Example* pair) {
   const double factor1 = factor();
   // One camera took both images where their focal length is one.
   const double factor2 = options.task == Task::kTwoFocals ? factor() : factor1;
-  problem.hint1.focal = FocalPrior{factor1 * 0.5 * (K1(0, 0) + K1(1, 1)), options.focal_hint_log_sigma};
-  problem.hint2.focal = FocalPrior{factor2 * 0.5 * (K2(0, 0) + K2(1, 1)), options.focal_hint_log_sigma};
+  problem.camera_prior1.focal = FocalPrior{factor1 * 0.5 * (K1(0, 0) + K1(1, 1)), options.focal_hint_log_sigma};
+  problem.camera_prior2.focal = FocalPrior{factor2 * 0.5 * (K2(0, 0) + K2(1, 1)), options.focal_hint_log_sigma};
 }
 
 // A view of the pairs of some scenes: filtered, as problems of one task.
@@ -88,7 +88,7 @@ class PairDataset : public Dataset {
     Example example = Filtered(*Pair(places_[index]), options_.filter);
     SetTask(task_, options_.inlier_threshold_px, &example);
     GiveHints(options_, &example);
-    if (options_.structures) ArrangeStructuresOf(task_, &example.truth);
+    if (options_.instances) ArrangeInstancesOf(task_, &example.truth);
     example.index = index;
     return example;
   }
@@ -145,7 +145,7 @@ class PairDataset : public Dataset {
     if ((task_ == Task::kEssential || task_ == Task::kOneFocal) && !pair->problem.cameras)
       throw Error(scene.Where(place.position) + ": no calibration (K1_K2.h5), which task " + ToString(task_) +
                   " needs");
-    if (options_.structures && !HasLabels(*pair))
+    if (options_.instances && !HasLabels(*pair))
       throw Error(scene.Where(place.position) + ": no labels (labels.h5), which structures: true needs");
     return pair;
   }
@@ -167,7 +167,7 @@ void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
       .Help("only matches whose ratio (match_conf.h5) is at most this; 1 keeps all, and so does data without ratios");
   b.Field("ratios", filter.ratios)
       .Help("whether matches keep their ratios; false: as matches that nobody rated, ordered and filtered by nothing");
-  b.Field("similarities", filter.similarities)
+  b.Field("similarities", filter.scale_rotation_changes)
       .Help("whether matches keep how their keypoints differ in size and angle (similarities.h5)");
   b.Field("max_points", filter.max_points, AtLeast(0)).Help("at most so many matches a pair; 0 keeps all");
   b.Field("cap", filter.cap)
@@ -192,12 +192,12 @@ void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
   b.Field("dominant_plane", dominant_plane)
       .OnlyIf(task == Task::kHomography, "task: homography")
       .Help("the homography of a pair that has a pose alone: the one that most true matches follow");
-  b.Field("structures", structures)
+  b.Field("structures", instances)
       .OnlyIf(task == Task::kHomography || task == Task::kFundamental, "task: homography or fundamental")
       .Help(
           "several models at once: of each label (labels.h5) the homography of at least five matches, or the "
           "fundamental matrix of at least eight");
-  b.Require(!structures || !dominant_plane, "structures", "either this or dominant_plane, not both");
+  b.Require(!instances || !dominant_plane, "structures", "either this or dominant_plane, not both");
   b.Field("shuffle", shuffle).Help("pairs of all scenes in one random order, by the seed; else scene by scene");
   b.Field("empty_pairs", empty_pairs)
       .Help("a pair without matches: an error that names file and key, or a problem without points");

@@ -9,8 +9,8 @@
 #include "lab/data/finite_points.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_scenes.h"
+#include "lab/ground_truth/example.h"
 #include "lab/options/options.h"
-#include "lab/truth/example.h"
 
 namespace diffsac {
 
@@ -49,10 +49,10 @@ struct PairsOptions {
   /// (lab/data/fitted_truth.h); where there is none, the example has no true model and no inliers.
   bool dominant_plane = false;
   /// Task homography or fundamental, pairs with labels (labels.h5): several models are true at once, that of each label
-  /// (FitStructures in lab/data/fitted_truth.h; its loss is inlier_threshold_px), and the labels are renumbered from
+  /// (FitInstances in lab/data/fitted_truth.h; its loss is inlier_threshold_px), and the labels are renumbered from
   /// the largest to the smallest of the matches that the filter leaves. Labels of fewer than FewestLabelled
   /// become outliers.
-  bool structures = false;
+  bool instances = false;
   /// Pairs of all scenes in one random order (decided by the seed of the run), for training; else scene by scene.
   bool shuffle = false;
   EmptyPairs empty_pairs = EmptyPairs::kError;

@@ -41,16 +41,16 @@ void TakeRows(const std::vector<int>& rows, Eigen::Index count, std::vector<Valu
 std::vector<int> KeptRows(const Example& pair, const PairFilter& filter) {
   const Problem& problem = pair.problem;
   const Rng rng = Rng(0).Fork("matches/" + pair.id);
-  const bool rated = filter.ratios && problem.match_ratio.size() == problem.points.rows();
+  const bool rated = filter.ratios && problem.snn_ratio.size() == problem.points.rows();
   std::vector<int> rows;
   for (int i = 0; i < problem.points.rows(); ++i)
-    if (!rated || !(problem.match_ratio[i] > filter.max_ratio)) rows.push_back(i);
+    if (!rated || !(problem.snn_ratio[i] > filter.max_ratio)) rows.push_back(i);
   if (filter.max_points > 0 && static_cast<int>(rows.size()) > filter.max_points) {
     if (filter.cap == PointCap::kRandom)
       rows = Permuted(rows, rng.Fork("cap"));
     else if (rated)
       std::stable_sort(rows.begin(), rows.end(),
-                       [&](int a, int b) { return problem.match_ratio[a] < problem.match_ratio[b]; });
+                       [&](int a, int b) { return problem.snn_ratio[a] < problem.snn_ratio[b]; });
     rows.resize(filter.max_points);
     std::sort(rows.begin(), rows.end());
   }
@@ -59,8 +59,8 @@ std::vector<int> KeptRows(const Example& pair, const PairFilter& filter) {
 
 Example Filtered(const Example& pair, const PairFilter& filter) {
   Example example = WithRows(pair, KeptRows(pair, filter));
-  if (!filter.ratios) example.problem.match_ratio.resize(0);
-  if (!filter.similarities) example.problem.similarities.resize(0, 2);
+  if (!filter.ratios) example.problem.snn_ratio.resize(0);
+  if (!filter.scale_rotation_changes) example.problem.scale_rotation_changes.resize(0, 2);
   if (filter.descriptor_noise > 0.0)
     AddDescriptorNoise(filter.descriptor_noise, Rng(0).Fork("descriptors/" + pair.id), &example.problem.descriptors);
   return example;
@@ -71,8 +71,9 @@ Example WithRows(const Example& example, const std::vector<int>& rows) {
   const Eigen::Index count = all.points.rows();
   Example part = example;
   part.problem.points = all.points(rows, Eigen::all);
-  if (all.match_ratio.size() == count) part.problem.match_ratio = all.match_ratio(rows);
-  if (all.similarities.rows() == count) part.problem.similarities = all.similarities(rows, Eigen::all);
+  if (all.snn_ratio.size() == count) part.problem.snn_ratio = all.snn_ratio(rows);
+  if (all.scale_rotation_changes.rows() == count)
+    part.problem.scale_rotation_changes = all.scale_rotation_changes(rows, Eigen::all);
   if (all.descriptors.rows() == count) part.problem.descriptors = all.descriptors(rows, Eigen::all);
   TakeRows(rows, count, &part.truth.inliers);
   TakeRows(rows, count, &part.truth.assignment);

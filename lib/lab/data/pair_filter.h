@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "diffsac/core/enum_names.h"
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 
@@ -18,8 +18,8 @@ inline constexpr auto kEnumNames<PointCap> = NamesOf<PointCap>({{PointCap::kBest
 struct PairFilter {
   /// Whether the matches' ratios are known; else the pair is one of data without ratios.
   bool ratios = true;
-  /// Whether the similarities of the matches' keypoints are known (Problem::similarities).
-  bool similarities = true;
+  /// Whether the similarities of the matches' keypoints are known (Problem::scale_rotation_changes).
+  bool scale_rotation_changes = true;
   /// Only matches whose ratio is at most this; 1 keeps all, and so does data without ratios.
   double max_ratio = 1.0;
   /// At most so many matches; 0 keeps all.
@@ -39,7 +39,7 @@ std::vector<int> KeptRows(const Example& pair, const PairFilter& filter);
 Example Filtered(const Example& pair, const PairFilter& filter);
 
 /// The example with these of its points alone, in this order, and all that belongs to them. Structures stay, also those
-/// without points (ArrangeStructures in lab/data/structure_sizes.h drops them).
+/// without points (ArrangeStructures in lab/data/instance_sizes.h drops them).
 Example WithRows(const Example& example, const std::vector<int>& rows);
 
 }  // namespace diffsac

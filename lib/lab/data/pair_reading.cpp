@@ -18,8 +18,8 @@ constexpr std::size_t kKeptBytes = std::size_t{512} << 20;
 std::size_t BytesOf(const Example& pair) {
   const Problem& problem = pair.problem;
   return sizeof(Example) +
-         sizeof(double) * static_cast<std::size_t>(problem.points.size() + problem.match_ratio.size() +
-                                                   problem.similarities.size()) +
+         sizeof(double) * static_cast<std::size_t>(problem.points.size() + problem.snn_ratio.size() +
+                                                   problem.scale_rotation_changes.size()) +
          sizeof(float) * static_cast<std::size_t>(problem.descriptors.size()) +
          sizeof(std::int32_t) * pair.truth.assignment.size();
 }
@@ -138,8 +138,7 @@ std::shared_ptr<const Example> PairReading::Read(std::int64_t position) const {
     truth.assignment.clear();
     if (!truth.homography) truth.fundamental.reset();
   }
-  if (options_.structures_px > 0.0)
-    FitStructures(options_.structures_task, pair->problem, options_.structures_px, &truth);
+  if (options_.instances_px > 0.0) FitInstances(options_.instances_task, pair->problem, options_.instances_px, &truth);
   return pair;
 }
 

@@ -10,7 +10,7 @@
 #include "lab/data/finite_points.h"
 #include "lab/data/pair_scenes.h"
 #include "lab/files/correspondence_files.h"
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 
@@ -19,8 +19,8 @@ struct PairReadingOptions {
   bool descriptors = false;        ///< Whether descriptors.h5 is read where it is there.
   double refine_truth_px = 0.0;    ///< RefineEpipolarTruth (lab/data/fitted_truth.h) with this loss; 0: not.
   double dominant_plane_px = 0.0;  ///< DominantHomography (lab/data/fitted_truth.h) with this threshold; 0: not.
-  double structures_px = 0.0;      ///< FitStructures (lab/data/fitted_truth.h) of the labels with this loss; 0: not.
-  Task structures_task = {};       ///< Of which models these are.
+  double instances_px = 0.0;       ///< FitInstances (lab/data/fitted_truth.h) of the labels with this loss; 0: not.
+  Task instances_task = {};        ///< Of which models these are.
   NonFinitePoints non_finite = NonFinitePoints::kDrop;
   auto operator<=>(const PairReadingOptions&) const = default;
 };

@@ -7,8 +7,8 @@
 
 #include "diffsac/problem/tasks.h"
 #include "lab/data/finite_points.h"
+#include "lab/ground_truth/example.h"
 #include "lab/options/options.h"
-#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -97,12 +97,12 @@ std::vector<char> MoveGroups(Rng rng, Example* example) {
     if (size < kLeastGroup) continue;
     Move(Neighbourhood(problem.points, members.inliers, size, rng), problem.size2, rng, &problem.points, &moved);
   }
-  const bool ratios = problem.match_ratio.size() == problem.points.rows() && !members.outliers.empty();
+  const bool ratios = problem.snn_ratio.size() == problem.points.rows() && !members.outliers.empty();
   for (const int i : members.inliers) {
     if (!moved[i]) continue;
     const bool taken = rng.Uniform() < 0.5;
     const int other = ratios ? members.outliers[rng.Below(members.outliers.size())] : 0;
-    if (ratios && taken) problem.match_ratio[i] = problem.match_ratio[other];
+    if (ratios && taken) problem.snn_ratio[i] = problem.snn_ratio[other];
     example->truth.inliers[i] = Obeys(*example, i);
   }
   return moved;

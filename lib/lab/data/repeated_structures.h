@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "diffsac/core/random.h"
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 

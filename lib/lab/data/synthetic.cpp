@@ -23,7 +23,7 @@ Section DrawSection(const SyntheticOptions& options, Rng rng) {
 }
 
 NoiseSource NoiseOf(const SyntheticOptions& options, Rng rng) {
-  return {options.noise, options.noise_scale, options.inlier_threshold, rng};
+  return {options.noise, options.sigma, options.inlier_threshold, rng};
 }
 
 // A Gaussian value around `centre`, drawn again until it lies inside the box (coordinates are independent).
@@ -116,7 +116,7 @@ void SyntheticOptions::Bind(OptionsBinder& b) {
   b.Field("model_sampling", model_sampling)
       .Help("offset uniform among those that meet the box, or through a uniform point of it (docs/generators.md)");
   b.Field("noise", noise).Help("of the inliers' distances");
-  b.Field("noise_scale", noise_scale, AtLeast(0.0))
+  b.Field("noise_scale", sigma, AtLeast(0.0))
       .Help("σ (gaussian) or half width (uniform), in the picture's unit; 0: ε/3 (gaussian) or ε (uniform)");
   b.Field("outliers", outliers).Help("how they lie");
   const bool aggregated = outliers == OutlierKind::kAggregated;

@@ -5,12 +5,12 @@
 
 #include "lab/data/box_section.h"
 #include "lab/data/generator.h"
+#include "lab/ground_truth/example.h"
 #include "lab/options/options.h"
-#include "lab/truth/example.h"
 
 namespace diffsac {
 
-/// Of the inliers' distances; uniform is within ±noise_scale.
+/// Of the inliers' distances; uniform is within ±sigma.
 enum class NoiseKind { kGaussian, kUniform };
 template <>
 inline constexpr auto kEnumNames<NoiseKind> = NamesOf<NoiseKind>({{NoiseKind::kGaussian, "gaussian"},
@@ -34,7 +34,7 @@ struct SyntheticOptions : GeneratorOptions {
   ModelSampling model_sampling = ModelSampling::kIsotropic;
   NoiseKind noise = NoiseKind::kGaussian;
   /// σ (gaussian) or half width (uniform), in the picture's unit; 0 means the default: ε/3 (gaussian) or ε (uniform).
-  double noise_scale = 0.0;
+  double sigma = 0.0;
   OutlierKind outliers = OutlierKind::kUniform;
   int clusters = 3;               ///< aggregated: number of clusters
   double cluster_sigma = 0.5;     ///< aggregated: standard deviation of a cluster

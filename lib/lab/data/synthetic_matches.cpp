@@ -10,7 +10,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/problem/keypoint_similarity.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/data/structure_sizes.h"
+#include "lab/data/instance_sizes.h"
 
 namespace diffsac {
 namespace {
@@ -54,7 +54,7 @@ void AddNoise(double sigma, Rng rng, std::vector<Match>* matches) {
 double DrawRatio(double power, Rng& rng) { return std::max(1e-6, std::pow(rng.Uniform(), 1.0 / power)); }
 
 Eigen::VectorXd DrawRatios(const SyntheticMatchesOptions& options, const std::vector<Match>& matches, Rng rng) {
-  if (!options.match_ratio) return {};
+  if (!options.snn_ratio) return {};
   Rng powers = rng.Fork("powers");
   const double correct = LogUniform(options.correct_ratio_power, powers);
   const double wrong = LogUniform(options.wrong_ratio_power, powers);
@@ -65,23 +65,23 @@ Eigen::VectorXd DrawRatios(const SyntheticMatchesOptions& options, const std::ve
 }
 
 // Of `total` matches, of which those before the uniform ones are given as noise has not moved them yet.
-PointMatrix DrawSimilarities(const SyntheticMatchesOptions& options, const VirtualPair& pair,
-                             const std::vector<Eigen::Matrix3d>& planes, const std::vector<Match>& exact, int total,
-                             Rng rng) {
-  if (!options.similarities) return {};
+PointMatrix DrawScaleRotationChanges(const SyntheticMatchesOptions& options, const VirtualPair& pair,
+                                     const std::vector<Eigen::Matrix3d>& planes, const std::vector<Match>& exact,
+                                     int total, Rng rng) {
+  if (!options.scale_rotation_changes) return {};
   const auto uniform = [&rng](const Range& range) { return rng.Uniform(range.low, range.high); };
-  const double noise = uniform(options.similarity_noise), gross = uniform(options.gross_similarities);
+  const double noise = uniform(options.similarity_noise), gross = uniform(options.gross_scale_rotation_changes);
   const double spread = uniform(options.wrong_scale_spread);
   const std::size_t count = std::max(exact.size(), static_cast<std::size_t>(total));
-  PointMatrix similarities(static_cast<Eigen::Index>(count), 2);
+  PointMatrix scale_rotation_changes(static_cast<Eigen::Index>(count), 2);
   for (std::size_t i = 0; i < count; ++i) {
     const bool wrong = i >= exact.size() || exact[i].origin == Origin::kWrong || rng.Uniform() < gross;
     const Eigen::RowVector2d any(spread * rng.Normal(), rng.Uniform(-std::numbers::pi, std::numbers::pi));
     const Eigen::RowVector2d error(noise * rng.Normal(), noise * rng.Normal());
-    similarities.row(static_cast<Eigen::Index>(i)) =
+    scale_rotation_changes.row(static_cast<Eigen::Index>(i)) =
         wrong ? any : SimilarityOf(-error, LocalSimilarity(pair, planes, exact[i].pixels));
   }
-  return similarities;
+  return scale_rotation_changes;
 }
 
 }  // namespace
@@ -96,8 +96,9 @@ void SyntheticMatchesOptions::Bind(OptionsBinder& b) {
   b.Field("displacement_px", displacement_px, Limits{0.0, 1e6, true})
       .OnlyIf(displaced_share.high > 0.0, "a displaced_share above 0")
       .Help("by how much, log-uniform");
-  b.Field("match_ratio", match_ratio).Help("whether matches have a ratio, P(ratio <= r) = r^a");
-  b.Field("similarities", similarities).Help("whether matches know how their keypoints differ in size and angle");
+  b.Field("match_ratio", snn_ratio).Help("whether matches have a ratio, P(ratio <= r) = r^a");
+  b.Field("similarities", scale_rotation_changes)
+      .Help("whether matches know how their keypoints differ in size and angle");
   b.Require(IsWhole(num_points), "num_points", "whole numbers");
 }
 
@@ -115,8 +116,8 @@ Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const Vir
   for (const auto& match : exact.others) matches.push_back({match, Origin::kOther});
   for (const auto& match : exact.displaced)
     matches.push_back({Displaced(match, options, pair, displacement), Origin::kWrong});
-  const PointMatrix similarities =
-      DrawSimilarities(options, pair, exact.planes, matches, total, rng.Fork("similarities"));
+  const PointMatrix scale_rotation_changes =
+      DrawScaleRotationChanges(options, pair, exact.planes, matches, total, rng.Fork("similarities"));
   Rng noise = rng.Fork("noise");
   const double sigma = noise.Uniform(options.noise_px.low, options.noise_px.high);
   AddNoise(sigma, noise, &matches);
@@ -134,12 +135,12 @@ Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const Vir
   const auto count = static_cast<int>(matches.size());
   const std::vector<int> order = rng.Fork("shuffle").Permutation(count);
   problem.points.resize(count, 4);
-  problem.match_ratio.resize(ratios.size());
-  if (similarities.rows() > 0) problem.similarities = similarities(order, Eigen::all);
+  problem.snn_ratio.resize(ratios.size());
+  if (scale_rotation_changes.rows() > 0) problem.scale_rotation_changes = scale_rotation_changes(order, Eigen::all);
   example.truth.inliers.resize(count);
   for (int i = 0; i < count; ++i) {
     problem.points.row(i) = matches[order[i]].pixels.transpose();
-    if (ratios.size() > 0) problem.match_ratio[i] = ratios[order[i]];
+    if (ratios.size() > 0) problem.snn_ratio[i] = ratios[order[i]];
     example.truth.inliers[i] = matches[order[i]].origin == Origin::kInlier;
   }
   return example;

@@ -6,8 +6,8 @@
 #include "diffsac/core/random.h"
 #include "lab/data/generator.h"
 #include "lab/data/virtual_views.h"
+#include "lab/ground_truth/example.h"
 #include "lab/options/options.h"
-#include "lab/truth/example.h"
 
 namespace diffsac {
 
@@ -27,17 +27,17 @@ struct SyntheticMatchesOptions {
   /// Whether matches have a ratio of nearest to second-nearest descriptor distance (Problem::quality): r = u^(1/a) with
   /// u uniform in [0, 1), so that P(ratio ≤ r) = r^a and the mean is a / (a + 1). a of correct and of wrong matches is
   /// drawn, log-uniform, for each problem. The defaults follow RootSIFT on real pairs (docs/generators.md).
-  bool match_ratio = true;
+  bool snn_ratio = true;
   Range correct_ratio_power = {0.7, 1.8};
   Range wrong_ratio_power = {7.0, 12.0};
-  /// Whether matches know how their keypoints differ in size and angle (Problem::similarities). Correct ones have the
-  /// similarity nearest to the true map around them (LocalSimilarity) with Gaussian noise in the logarithm of the scale
-  /// and in the turn, one σ a problem for both; a share of them (one value a problem) is as wrong ones are. Those have
-  /// a scale of any Gaussian logarithm, σ one value a problem, and any turn. The defaults follow SIFT on real pairs
-  /// (docs/generators.md).
-  bool similarities = false;
+  /// Whether matches know how their keypoints differ in size and angle (Problem::scale_rotation_changes). Correct ones
+  /// have the similarity nearest to the true map around them (LocalSimilarity) with Gaussian noise in the logarithm of
+  /// the scale and in the turn, one σ a problem for both; a share of them (one value a problem) is as wrong ones are.
+  /// Those have a scale of any Gaussian logarithm, σ one value a problem, and any turn. The defaults follow SIFT on
+  /// real pairs (docs/generators.md).
+  bool scale_rotation_changes = false;
   Range similarity_noise = {0.06, 0.14};
-  Range gross_similarities = {0.0, 0.03};
+  Range gross_scale_rotation_changes = {0.0, 0.03};
   Range wrong_scale_spread = {0.5, 1.1};
   void Bind(OptionsBinder& b);
   PointCounts DrawCounts(Task task, const Rng& rng) const {
@@ -65,10 +65,10 @@ Example MakeMatches(const SyntheticMatchesOptions& options, Task task, const Vir
 /// Model (E, F from the motion; H as given), relative pose with a unit translation (zero stays zero).
 void SetTruth(const VirtualPair& pair, const Eigen::Matrix3d& homography, Example* example);
 
-/// A row of Problem::similarities: the similarity nearest to how the surroundings of an exact correspondence go from
-/// image 1 to image 2. On the first of `planes` (x2 ~ H x1, pixels) that it obeys it is that of the plane, else that of
-/// a small patch which faces both cameras alike, or of infinity where its depth cannot be
-/// told: the cameras have one centre, or it lies at an epipole.
+/// A row of Problem::scale_rotation_changes: the similarity nearest to how the surroundings of an exact correspondence
+/// go from image 1 to image 2. On the first of `planes` (x2 ~ H x1, pixels) that it obeys it is that of the plane, else
+/// that of a small patch which faces both cameras alike, or of infinity where its depth cannot be told: the cameras
+/// have one centre, or it lies at an epipole.
 Eigen::RowVector2d LocalSimilarity(const VirtualPair& pair, const std::vector<Eigen::Matrix3d>& planes,
                                    const Eigen::Vector4d& match);
 

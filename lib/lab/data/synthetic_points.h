@@ -8,7 +8,7 @@
 #include "diffsac/geometry/points.h"
 #include "lab/data/box_section.h"
 #include "lab/data/synthetic.h"
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 

@@ -11,8 +11,8 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_registry.h"
 #include "lab/data/finite_points.h"
+#include "lab/data/instance_sizes.h"
 #include "lab/data/pair_scenes.h"
-#include "lab/data/structure_sizes.h"
 #include "lab/files/segment_files.h"
 #include "lab/options/options.h"
 
@@ -54,13 +54,13 @@ void AddTruth(const ImageSegments& image, double threshold_deg, Example* example
   if (image.K) truth.cameras = CameraPair{*image.K, *image.K};
   if (image.vanishing_points.empty()) return;
   for (const Eigen::Vector3d& point : image.vanishing_points)
-    truth.structures.push_back(VanishingPointTask::ModelOf(point, example->problem));
-  const SolverSpace space(example->problem);
+    truth.instances.push_back(VanishingPointTask::ModelOf(point, example->problem));
+  const NormalizedProblem space(example->problem);
   for (Eigen::Index i = 0; i < space.points().rows(); ++i) {
     double least = threshold_deg / space.unit();
     std::int32_t label = 0;
-    for (std::size_t k = 0; k < truth.structures.size(); ++k) {
-      const double r = VanishingPoint::Residual(truth.structures[k], space.points().data() + 4 * i);
+    for (std::size_t k = 0; k < truth.instances.size(); ++k) {
+      const double r = VanishingPoint::Residual(truth.instances[k], space.points().data() + 4 * i);
       if (!(r <= least)) continue;
       least = r;
       label = static_cast<std::int32_t>(k + 1);
@@ -68,7 +68,7 @@ void AddTruth(const ImageSegments& image, double threshold_deg, Example* example
     truth.assignment.push_back(label);
   }
   // All are judged, also those that no segment is left of.
-  ArrangeStructures(0, &truth);
+  ArrangeInstances(0, &truth);
 }
 
 class VanishingPoints : public Dataset {

@@ -6,8 +6,8 @@
 #include "diffsac/core/random.h"
 #include "diffsac/problem/image_pair.h"
 #include "diffsac/problem/problem.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/options/options.h"
-#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 

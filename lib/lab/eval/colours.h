@@ -14,7 +14,7 @@ inline constexpr const char* kOutlierColour = "#9AA2AB";  ///< All other points.
 
 /// Of one of several structures: colours that colour-blind readers can tell apart (Okabe and Ito, "Color universal
 /// design", 2008). They repeat after six.
-inline const char* StructureColour(std::size_t index) {
+inline const char* InstanceColour(std::size_t index) {
   static constexpr std::array<const char*, 6> kColours = {"#0072B2", "#D55E00", "#009E73",
                                                           "#CC79A7", "#E69F00", "#56B4E9"};
   return kColours[index % kColours.size()];
@@ -23,7 +23,7 @@ inline const char* StructureColour(std::size_t index) {
 /// Of a point by its label: 0 an outlier, 1 an inlier, or, where there are several structures, the number of its own.
 inline const char* LabelColour(std::int32_t label, bool several) {
   if (label <= 0) return kOutlierColour;
-  return several ? StructureColour(static_cast<std::size_t>(label) - 1) : kInlierColour;
+  return several ? InstanceColour(static_cast<std::size_t>(label) - 1) : kInlierColour;
 }
 
 /// Red, green and blue.

@@ -105,7 +105,7 @@ std::vector<RowPair> RowsOf(const ExperimentResults& results, std::size_t condit
 }
 
 double LogMilliseconds(const ProblemRecord& record) {
-  return record.report.ms_total > 0.0 ? std::log(record.report.ms_total) : std::nan("");
+  return record.stats.ms_total > 0.0 ? std::log(record.stats.ms_total) : std::nan("");
 }
 
 }  // namespace

@@ -227,9 +227,9 @@ class Columns {
         [&](EstimateRecord& record, std::vector<Value> values) { record.*member = std::move(values); });
   }
 
-  bool HaveStructures() const {
+  bool HaveInstances() const {
     if constexpr (!kWrites) return group_.nameExists("structures");
-    return std::any_of(records_.begin(), records_.end(), [](const auto& record) { return !record.structures.empty(); });
+    return std::any_of(records_.begin(), records_.end(), [](const auto& record) { return !record.instances.empty(); });
   }
 
  private:
@@ -243,35 +243,33 @@ class Columns {
 
 /// `width`: values of a model.
 template <class Records>
-void VisitStructures(Columns<Records>& columns, std::size_t width) {
+void VisitInstances(Columns<Records>& columns, std::size_t width) {
   using R = EstimateRecord;
   columns.Lists(
       "structures", "structures_end", width, Presence::kAlways,
       [](const R& r) {
         std::vector<double> values;
-        for (const ModelParameters& model : r.structures)
+        for (const ModelParameters& model : r.instances)
           values.insert(values.end(), model.data(), model.data() + model.size());
         return values;
       },
       [&](R& r, const std::vector<double>& values) {
         for (std::size_t at = 0; at < values.size(); at += width)
-          r.structures.emplace_back(AsVector(Row(values).subspan(at, width)));
+          r.instances.emplace_back(AsVector(Row(values).subspan(at, width)));
       });
   columns.Lists("labels", &R::assignment, Presence::kAlways);
 }
 
 /// One for each structure, of which some may have none: NaN.
 template <class Records>
-void VisitStructureValues(Columns<Records>& columns, const std::vector<EstimateRecord>& records) {
+void VisitInstanceValues(Columns<Records>& columns, const std::vector<EstimateRecord>& records) {
   using R = EstimateRecord;
-  const auto knows = [](const R& r) {
-    return !r.structures.empty() && r.structure_values.size() == r.structures.size();
-  };
+  const auto knows = [](const R& r) { return !r.instances.empty() && r.instance_values.size() == r.instances.size(); };
   if (Columns<Records>::kWrites && std::none_of(records.begin(), records.end(), knows)) return;
   columns.Lists(
       "structure_values", "structures_end", 0, Presence::kSome,
-      [&](const R& r) { return knows(r) ? r.structure_values : std::vector<double>(r.structures.size(), kNan); },
-      [](R& r, std::vector<double> values) { r.structure_values = std::move(values); });
+      [&](const R& r) { return knows(r) ? r.instance_values : std::vector<double>(r.instances.size(), kNan); },
+      [](R& r, std::vector<double> values) { r.instance_values = std::move(values); });
 }
 
 /// Of unknown focal lengths, with their intervals.
@@ -319,10 +317,10 @@ void VisitColumns(const H5::Group& group, Records& records) {
       });
   columns.Pose("pose", &R::pose, Presence::kAlways);
   columns.Values(
-      "translation", Presence::kSince, [](const R& r) { return std::optional<std::string>(ToString(r.translation)); },
-      [](R& r, const std::string& text) { r.translation = FromString<Translation>(text); });
-  columns.Pose("other_pose", &R::other_pose, Presence::kSome);
-  columns.Member("share_behind", &R::share_behind, Presence::kSince);
+      "degeneracy", Presence::kSince, [](const R& r) { return std::optional<std::string>(ToString(r.degeneracy)); },
+      [](R& r, const std::string& text) { r.degeneracy = FromString<Degeneracy>(text); });
+  columns.Pose("ambiguous_pose", &R::ambiguous_pose, Presence::kSome);
+  columns.Member("cheirality_failure_ratio", &R::cheirality_failure_ratio, Presence::kSince);
   columns.Rows(
       "pose_covariance", Presence::kSome, 1,
       [](const R& r) { return r.pose_covariance ? NumbersOf(*r.pose_covariance) : std::vector<double>(); },
@@ -335,17 +333,17 @@ void VisitColumns(const H5::Group& group, Records& records) {
       });
   VisitFocals(columns);
   columns.Member("score", &R::score);
-  columns.Member("noise_scale", &R::noise_scale);
-  columns.Member("log_false_alarms", &R::log_false_alarms, Presence::kSince);
+  columns.Member("sigma", &R::sigma);
+  columns.Member("log10_nfa", &R::log10_nfa, Presence::kSince);
   columns.Member("draws", &R::draws);
   columns.Member("points", &R::points);
   columns.Lists("inliers", &R::inlier_rows, Presence::kAlways);
   columns.Member("inlier_threshold", &R::inlier_threshold, Presence::kSince);
   columns.Lists("rows", &R::rows, Presence::kSome);
   columns.Lists("probabilities", &R::inlier_probabilities, Presence::kAlways);
-  if (!columns.HaveStructures()) return;
-  VisitStructures(columns, width);
-  VisitStructureValues(columns, records);
+  if (!columns.HaveInstances()) return;
+  VisitInstances(columns, width);
+  VisitInstanceValues(columns, records);
 }
 
 std::vector<EstimateRecord> ReadRecords(const H5::Group& group) {
@@ -370,11 +368,11 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate, bool w
   record.data_scene = example.scene;
   record.status = estimate.status;
   record.points = static_cast<int>(example.problem.points.rows());
-  record.draws = estimate.report.draws;
+  record.draws = estimate.stats.iterations;
   if (record.points > 0) record.largest_coordinate = example.problem.points.cwiseAbs().maxCoeff();
-  record.log_false_alarms = estimate.log_false_alarms;
+  record.log10_nfa = estimate.log10_nfa;
   if (estimate.status != Status::kOk) return record;
-  record.translation = estimate.translation;
+  record.degeneracy = estimate.degeneracy;
   if (!whole) return record;
   record.model = estimate.model;
   record.pose = estimate.pose;
@@ -382,15 +380,15 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate, bool w
     if (estimate.inliers[i] != 0) record.inlier_rows.push_back(static_cast<std::int32_t>(i));
   record.inlier_threshold = estimate.inlier_threshold;
   if (record.pose) record.pose_covariance = estimate.pose_covariance;
-  record.other_pose = estimate.other_pose;
-  record.share_behind = estimate.share_behind;
+  record.ambiguous_pose = estimate.ambiguous_pose;
+  record.cheirality_failure_ratio = estimate.cheirality_failure_ratio;
   record.focal = estimate.focal;
   record.score = estimate.score;
-  record.noise_scale = estimate.noise_scale;
+  record.sigma = estimate.sigma;
   record.inlier_probabilities = estimate.inlier_probabilities;
-  record.structures = estimate.structures;
+  record.instances = estimate.instances;
   record.assignment = estimate.assignment;
-  record.structure_values = estimate.structure_values;
+  record.instance_values = estimate.instance_values;
   return record;
 }
 

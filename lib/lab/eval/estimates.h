@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/estimators/robust_estimator.h"
-#include "lab/truth/example.h"
+#include "diffsac/estimate/robust_estimator.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 
@@ -24,10 +24,9 @@ struct EstimateRecord {
   ModelParameters model;                           ///< Empty unless status is ok; E in normalised coordinates.
   std::optional<RigidMotion> pose;                 ///< Where the model has one (PoseOfEstimate).
   std::optional<Eigen::MatrixXd> pose_covariance;  ///< As in Estimate.
-  Translation translation =
-      Translation::kNotTested;            ///< As in Estimate; t of `pose` is zero where it is not determined.
-  std::optional<RigidMotion> other_pose;  ///< As in Estimate.
-  double share_behind = 0.0;              ///< As in Estimate.
+  Degeneracy degeneracy = Degeneracy::kNotTested;  ///< As in Estimate; t of `pose` is zero where it is not determined.
+  std::optional<RigidMotion> ambiguous_pose;       ///< As in Estimate.
+  double cheirality_failure_ratio = 0.0;           ///< As in Estimate.
   std::optional<FocalEstimate> focal;
   std::vector<std::int32_t> inlier_rows;  ///< Of the problem's points, ascending.
   /// What an inlier is, in the data's unit, as in Estimate; NaN without a model.
@@ -39,15 +38,15 @@ struct EstimateRecord {
   /// not have it.
   double largest_coordinate = std::numeric_limits<double>::quiet_NaN();
   double score = 0.0;
-  double noise_scale = std::numeric_limits<double>::quiet_NaN();       ///< σ, in the data's unit; NaN: not estimated.
-  double log_false_alarms = std::numeric_limits<double>::quiet_NaN();  ///< As in Estimate.
-  bool MayBeChance() const { return log_false_alarms > 0.0; }
+  double sigma = std::numeric_limits<double>::quiet_NaN();      ///< σ, in the data's unit; NaN: not estimated.
+  double log10_nfa = std::numeric_limits<double>::quiet_NaN();  ///< As in Estimate.
+  bool MayBeChance() const { return log10_nfa > 0.0; }
   std::int64_t draws = 0;                   ///< Minimal sets drawn; 0 for methods that do not tell.
   std::vector<float> inlier_probabilities;  ///< N values where a network gave some, else empty.
   /// Of rows that look for several structures: as in Estimate.
-  std::vector<ModelParameters> structures;
+  std::vector<ModelParameters> instances;
   std::vector<std::int32_t> assignment;
-  std::vector<double> structure_values;
+  std::vector<double> instance_values;
 };
 
 /// One method on one condition.

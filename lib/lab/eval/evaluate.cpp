@@ -7,7 +7,7 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/diffsac_model.h"
+#include "diffsac/estimate/diffsac_model.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/meant_paths.h"
 #include "lab/config/run_directory.h"
@@ -219,7 +219,7 @@ int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std
   if (request.update && IsMade(WithResolvedRows(experiment, request.context), folder)) {
     out << experiment.name << ": made already, in " << folder << std::endl;
     // It was not where a disk was full or the process was killed.
-    if (experiment.report && !std::filesystem::exists(folder + "/" + kReportFile)) TellRun(folder);
+    if (experiment.report && !std::filesystem::exists(folder + "/" + kReportFile)) WriteReport(folder);
     return kExitOk;
   }
   std::optional<RunLock> lock;

@@ -13,7 +13,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
-#include "lab/eval/structures_error.h"
+#include "lab/eval/instances_error.h"
 #include "lab/files/files.h"
 #include "lab/files/hdf5_output.h"
 
@@ -113,11 +113,11 @@ Json FitJson(const KeptFit& fit, const Tolerance& tolerance) {
                {"true_model", ModelJson(example.truth.model)},
                {"shown_error", NumberJson(ShownError(error, tolerance))},
                {"error", ErrorJson(error)}};
-  if (estimate.structures.empty() && example.truth.structures.empty()) return json;
-  const EstimatedStructures found = StructuresOf(estimate, example.problem);
+  if (estimate.instances.empty() && example.truth.instances.empty()) return json;
+  const EstimatedInstances found = InstancesOf(estimate, example.problem);
   json["structures"] = {{"models", ModelsJson(found.models)},
                         {"labels", found.assignment},
-                        {"true_models", ModelsJson(example.truth.structures)}};
+                        {"true_models", ModelsJson(example.truth.instances)}};
   if (static_cast<Eigen::Index>(example.truth.assignment.size()) == example.problem.points.rows())
     json["structures"]["true_labels"] = AlignedTruth(found.assignment, example.truth.assignment);
   return json;

@@ -10,8 +10,8 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/make_estimator.h"
 #include "lab/eval/metrics.h"
+#include "lab/ground_truth/task_truth.h"
 #include "lab/options/options.h"
-#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 

@@ -86,10 +86,10 @@ Eigen::Matrix3d PixelMatrix(Task task, const ModelParameters& model, const Probl
 /// Of epipolar geometry that the matches leave open: what they show is a homography, fitted to them here.
 void SetUndetermined(const EstimateRecord& record, const Problem& problem, ColmapGeometry* geometry) {
   geometry->motion = record.pose;
-  if (record.translation == Translation::kLine) return;
-  geometry->configuration = record.translation == Translation::kTurn     ? ColmapConfiguration::kPanoramic
-                            : record.translation == Translation::kStatic ? ColmapConfiguration::kWatermark
-                                                                         : ColmapConfiguration::kPlanarOrPanoramic;
+  if (record.degeneracy == Degeneracy::kLine) return;
+  geometry->configuration = record.degeneracy == Degeneracy::kPureRotation ? ColmapConfiguration::kPanoramic
+                            : record.degeneracy == Degeneracy::kStatic     ? ColmapConfiguration::kWatermark
+                                                                           : ColmapConfiguration::kPlanarOrPanoramic;
   // By the sum of distances, in pixels, which a few wrong inliers do not spoil.
   constexpr int kRounds = 20;
   constexpr double kExact = 0.1;
@@ -108,7 +108,7 @@ void SetUndetermined(const EstimateRecord& record, const Problem& problem, Colma
 // The models, for matches in our pixels.
 void SetModels(Task task, const EstimateRecord& record, const Problem& problem, ColmapGeometry* geometry) {
   // Of matches by chance nothing shows parallax, nor anything else.
-  if (IsUndetermined(record.translation) && !record.MayBeChance()) return SetUndetermined(record, problem, geometry);
+  if (IsUndetermined(record.degeneracy) && !record.MayBeChance()) return SetUndetermined(record, problem, geometry);
   geometry->motion = record.pose;
   if (task == Task::kEssential) {
     const Eigen::Matrix3d model = AsMatrix(record.model);

@@ -188,7 +188,7 @@ std::vector<std::int32_t> LabelsOf(const EstimateRecord& record, const PointMatr
   if (record.status != Status::kOk) return std::vector<std::int32_t>(static_cast<std::size_t>(points.rows()), 0);
   const std::vector<std::int32_t> own = ProblemLabels(record);
   if (record.rows.empty()) return own;
-  const std::vector<ModelParameters> models = record.structures.empty() ? std::vector{record.model} : record.structures;
+  const std::vector<ModelParameters> models = record.instances.empty() ? std::vector{record.model} : record.instances;
   const double limit = std::isfinite(record.inlier_threshold) ? record.inlier_threshold : threshold;
   std::vector<std::int32_t> labels;
   for (Eigen::Index i = 0; i < points.rows(); ++i) labels.push_back(NearestModel(models, points, i, limit));

@@ -96,8 +96,8 @@ std::string ReportNotes(const Report& report) {
   std::string text =
       "hypotheses: models solved or scored, those of features and local optimisation included; ms: milliseconds a "
       "problem; both medians over all problems.";
-  if (JudgesStructures(results))
-    text += kStructureNote;
+  if (JudgesInstances(results))
+    text += kInstanceNote;
   else if (MostScenes(results) > 1)
     text += " Medians of errors and AUC are unweighted means over the scenes, failures are sums.";
   text += "\n";

@@ -162,7 +162,7 @@ void WriteWholeRun(const ExperimentResults& results, const std::string& fits_of,
     CopyFits(fits_of, folder);
   if (results.seeds.empty()) WritePairs(results, folder);  // Of several seeds they are in the runs' own reports.
   EndResults(report, folder);
-  TellRun(folder);
+  WriteReport(folder);
   out << MarkdownReport(report) << std::endl;
 }
 

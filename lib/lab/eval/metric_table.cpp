@@ -43,12 +43,12 @@ bool CountsDiffer(const ExperimentResults& results) {
 
 void AddCosts(const ExperimentResults& results, std::size_t method, bool with_counts, Table::Row* row) {
   const double models =
-      MedianOverAll(results, method, [](const ProblemRecord& r) { return double(r.report.hypotheses); });
-  const double ms = MedianOverAll(results, method, [](const ProblemRecord& r) { return r.report.ms_total; });
+      MedianOverAll(results, method, [](const ProblemRecord& r) { return double(r.stats.hypotheses); });
+  const double ms = MedianOverAll(results, method, [](const ProblemRecord& r) { return r.stats.ms_total; });
   const bool oracle = results.experiment.methods[method].type == "oracle";
-  if (JudgesStructures(results)) {
+  if (JudgesInstances(results)) {
     const double draws =
-        MedianOverAll(results, method, [](const ProblemRecord& r) { return static_cast<double>(r.report.draws); });
+        MedianOverAll(results, method, [](const ProblemRecord& r) { return static_cast<double>(r.stats.iterations); });
     row->cells.push_back(oracle || draws == 0.0 ? kUnknown : FixedText(draws, 0));
   }
   row->cells.push_back(oracle ? kUnknown : FixedText(models, 0));
@@ -169,7 +169,7 @@ Table FillTable(const Report& report, const MetricTable& shown) {
   table.columns.push_back("method");
   for (const MetricColumn& column : shown.columns) table.columns.push_back(column.heading);
   const bool with_counts = shown.costs && CountsDiffer(report.results);
-  if (shown.costs && JudgesStructures(report.results)) table.columns.push_back("draws");
+  if (shown.costs && JudgesInstances(report.results)) table.columns.push_back("draws");
   if (shown.costs) table.columns.insert(table.columns.end(), {"hypotheses", "ms"});
   if (with_counts) table.columns.push_back("n");
   AddEstimatorRows(report, shown, with_counts, &table);

@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "diffsac/problem/tasks.h"
-#include "lab/eval/structures_error.h"
-#include "lab/truth/task_truth.h"
+#include "lab/eval/instances_error.h"
+#include "lab/ground_truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -23,7 +23,7 @@ EstimateError MeasureError(const Estimate& estimate, const Example& example) {
   const bool found = estimate.status == Status::kOk && estimate.model.allFinite() && estimate.model.size() == size;
   EstimateError error =
       TruthOf(example.problem.task).error(found ? &estimate.model : nullptr, estimate.inliers, example);
-  AddStructuresError(estimate, example, &error);
+  AddInstancesError(estimate, example, &error);
   return error;
 }
 
@@ -48,8 +48,8 @@ double ShownError(const EstimateError& error, const Tolerance& tolerance) {
   return std::isnan(error.misclassified) ? MainError(error, tolerance) : error.misclassified;
 }
 
-const char* ShownUnit(bool structures, const Tolerance& tolerance) {
-  return structures ? "%" : tolerance.pixels ? "px" : "°";
+const char* ShownUnit(bool instances, const Tolerance& tolerance) {
+  return instances ? "%" : tolerance.pixels ? "px" : "°";
 }
 
 double AverageAccuracy(double error, double threshold) {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/estimators/robust_estimator.h"
-#include "lab/truth/estimate_error.h"
-#include "lab/truth/example.h"
+#include "diffsac/estimate/robust_estimator.h"
+#include "lab/ground_truth/estimate_error.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 
@@ -32,10 +32,10 @@ double AccuracyOf(const EstimateError& error, const Tolerance& tolerance);
 /// What lists and captions call a problem's error: the misclassification error where there are several structures, else
 /// the main error, with its unit ("%", "°" or "px").
 double ShownError(const EstimateError& error, const Tolerance& tolerance);
-const char* ShownUnit(bool structures, const Tolerance& tolerance);
+const char* ShownUnit(bool instances, const Tolerance& tolerance);
 
 /// Compares an estimate with the truth, as the task's description does (problem/task_description.h), and with several
-/// true structures (structures_error.h). A failure is the worst error; it is never left out.
+/// true structures (instances_error.h). A failure is the worst error; it is never left out.
 EstimateError MeasureError(const Estimate& estimate, const Example& example);
 
 /// Accuracy of one error within a tolerance: the mean over k = 1..10 of [error ≤ k·c/10], ties count as accurate.

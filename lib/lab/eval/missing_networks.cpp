@@ -14,7 +14,7 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
-#include "diffsac/network/engine/checkpoint_info.h"
+#include "diffsac/guidance/engine/checkpoint_info.h"
 #include "lab/config/process.h"
 #include "lab/config/yaml.h"
 #include "lab/files/text_scan.h"

@@ -40,7 +40,7 @@ int DigitsFor(double change, int least) {
 
 /// What two planes may differ by where points are, to be the same to all who look at these; nothing: not known.
 std::optional<double> DistanceThatMatters(const EstimateRecord& record) {
-  if (!std::isnan(record.noise_scale)) return record.noise_scale;
+  if (!std::isnan(record.sigma)) return record.sigma;
   if (record.inlier_threshold > 0.0) return 0.1 * record.inlier_threshold;
   return std::nullopt;
 }
@@ -56,19 +56,19 @@ class ModelRows {
  public:
   ModelRows(const ExperimentResults& results, Table* table)
       : experiment_(results.experiment),
-        structures_(AnyRecord(results, [](const ProblemRecord& record) { return !record.structures.empty(); })),
+        instances_(AnyRecord(results, [](const ProblemRecord& record) { return !record.instances.empty(); })),
         dimension_(static_cast<std::size_t>(PointDimension(results.experiment.task))),
         table_(*table) {
     auto& columns = table_.columns;
     columns = {"method", "points of"};
     if (experiment_.conditions.size() > 1) columns.push_back(experiment_.condition_label);
-    if (structures_) columns.push_back("structure");
+    if (instances_) columns.push_back("structure");
     for (std::size_t d = 0; d < dimension_; ++d) columns.push_back(std::string("normal ") + "xyz"[d]);
     columns.insert(columns.end(), {"offset d", "inliers", "of", "noise"});
   }
 
   void Add(const Cell& cell, const EstimateRecord& record) {
-    const auto& models = record.structures;
+    const auto& models = record.instances;
     if (models.empty()) AddRow(cell, record, record.model, 1, record.inlier_rows.size());
     for (std::size_t k = 0; k < models.size(); ++k)
       AddRow(cell, record, models[k], k + 1,
@@ -76,7 +76,7 @@ class ModelRows {
   }
 
  private:
-  void AddRow(const Cell& cell, const EstimateRecord& record, const ModelParameters& model, std::size_t structure,
+  void AddRow(const Cell& cell, const EstimateRecord& record, const ModelParameters& model, std::size_t instance,
               std::size_t inliers) {
     Table::Row row{{experiment_.methods[cell.method].label, InputText(record)}, {}};
     auto& cells = row.cells;
@@ -85,19 +85,19 @@ class ModelRows {
     const double farthest = record.largest_coordinate * std::sqrt(static_cast<double>(dimension_));
     const int digits = change ? DigitsFor(*change / farthest, 6) : 6, behind = change ? DigitsFor(*change, 0) : 0;
     const bool found = model.size() == static_cast<Eigen::Index>(dimension_) + 1;
-    if (structures_) cells.push_back(found ? std::to_string(structure) : kUnknown);
+    if (instances_) cells.push_back(found ? std::to_string(instance) : kUnknown);
     for (std::size_t d = 0; d < dimension_; ++d)
       cells.push_back(found ? FixedText(model[static_cast<Eigen::Index>(d)], digits) : kUnknown);
     cells.push_back(found ? OffsetText(model[static_cast<Eigen::Index>(dimension_)], behind) : kUnknown);
     cells.push_back(found ? std::to_string(inliers) : kUnknown);
     cells.push_back(std::to_string(record.points));
-    cells.push_back(std::isnan(record.noise_scale) ? kUnknown : Format("%.3g", record.noise_scale));
+    cells.push_back(std::isnan(record.sigma) ? kUnknown : Format("%.3g", record.sigma));
     row.best.assign(cells.size(), false);
     table_.rows.push_back(std::move(row));
   }
 
   const ExperimentOptions& experiment_;
-  bool structures_;
+  bool instances_;
   std::size_t dimension_;
   Table& table_;
 };

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "diffsac/geometry/pose.h"
-#include "lab/truth/pair_truth.h"
+#include "lab/ground_truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -9,7 +9,7 @@ namespace diffsac {
 
 /// The numbers of a record (ProblemRecord, const or not) by the names of their columns in problems.csv, in their order:
 /// the one list for writing and reading that file and the lines of shards. visit(name, value): value is a double, a
-/// count (int, std::int64_t), a bool, of VisitPose a Translation, of VisitStructures a list of doubles.
+/// count (int, std::int64_t), a bool, of VisitPose a Degeneracy, of VisitStructures a list of doubles.
 template <class Record, class Visit>
 void VisitRecord(Record& record, const Visit& visit) {
   visit("angle_deg", record.error.angle_deg);
@@ -19,14 +19,14 @@ void VisitRecord(Record& record, const Visit& visit) {
   visit("error_px", record.error.error_px);
   visit("focal_error", record.error.focal);
   visit("inliers", record.inliers);
-  visit("hypotheses", record.report.hypotheses);
-  visit("ms_features", record.report.ms_features);
-  visit("ms_network", record.report.ms_network);
-  visit("ms_consensus", record.report.ms_consensus);
-  visit("ms_total", record.report.ms_total);
+  visit("hypotheses", record.stats.hypotheses);
+  visit("ms_features", record.stats.ms_features);
+  visit("ms_network", record.stats.ms_network);
+  visit("ms_consensus", record.stats.ms_consensus);
+  visit("ms_total", record.stats.ms_total);
   visit("points", record.points);
   visit("failed", record.error.failed);
-  visit("unique_minimal_sets", record.report.unique_minimal_sets);
+  visit("unique_minimal_sets", record.stats.unique_minimal_sets);
   visit("all_inlier_sets", record.all_inlier_sets);
 }
 
@@ -34,7 +34,7 @@ void VisitRecord(Record& record, const Visit& visit) {
 template <class Visit>
 void VisitEstimate(const EstimateRecord& record, const Visit& visit) {
   constexpr const char* kPose[] = {"qw", "qx", "qy", "qz", "tx", "ty", "tz"};
-  visit("noise_scale", std::isfinite(record.noise_scale) ? record.noise_scale : std::nan(""));
+  visit("sigma", std::isfinite(record.sigma) ? record.sigma : std::nan(""));
   const std::array<double, 7> pose = PoseNumbers(record.pose);
   for (std::size_t i = 0; i < pose.size(); ++i) visit(kPose[i], pose[i]);
   visit("model", record.model);
@@ -43,7 +43,7 @@ void VisitEstimate(const EstimateRecord& record, const Visit& visit) {
 /// Those behind the estimate's columns.
 template <class Record, class Visit>
 void VisitChance(Record& record, const Visit& visit) {
-  visit("log_false_alarms", record.log_false_alarms);
+  visit("log10_nfa", record.log10_nfa);
 }
 
 /// What the problem itself is like.
@@ -68,21 +68,21 @@ void VisitPose(Record& record, const Visit& visit) {
   visit("pose_rotation_deg", record.error.pose_rotation_deg);
   visit("pose_translation_deg", record.error.pose_translation_deg);
   visit("pose_deg", record.error.pose_deg);
-  visit("translation", record.translation);
-  visit("has_other_pose", record.has_other_pose);
+  visit("degeneracy", record.degeneracy);
+  visit("has_ambiguous_pose", record.has_ambiguous_pose);
   visit("error_probability", record.error_probability);
 }
 
 /// Those of several structures, which problems.csv has where these are judged.
 template <class Record, class Visit>
-void VisitStructures(Record& record, const Visit& visit) {
+void VisitInstances(Record& record, const Visit& visit) {
   visit("misclassified", record.error.misclassified);
   visit("recall", record.error.recall);
-  visit("one_structure_sets", record.one_structure_sets);
-  visit("structures_in_sets", record.structures_in_sets);
-  visit("structures", record.structure_count);
-  visit("draws", record.report.draws);
-  visit("structure_angles_deg", record.error.structure_angles_deg);
+  visit("one_structure_sets", record.one_instance_sets);
+  visit("structures_in_sets", record.instances_in_sets);
+  visit("structures", record.instance_count);
+  visit("draws", record.stats.iterations);
+  visit("structure_angles_deg", record.error.instance_angles_deg);
 }
 
 /// All of them, in the order of problems.csv but for what it has of the estimate, which shards have in estimates.h5.
@@ -93,7 +93,7 @@ void VisitAll(Record& record, const Visit& visit) {
   VisitQuantities(record, visit);
   VisitLevels(record, visit);
   VisitPose(record, visit);
-  VisitStructures(record, visit);
+  VisitInstances(record, visit);
 }
 
 }  // namespace diffsac

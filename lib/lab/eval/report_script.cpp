@@ -146,7 +146,7 @@ void ReadConverted(const std::string& format, const std::string& file,
   RemoveFile(text);
 }
 
-bool TellRun(const std::string& folder) {
+bool WriteReport(const std::string& folder) {
   RemoveFile((std::filesystem::path(folder) / kReportFile).string());  // An earlier run's.
   return RunReportScript("run_report.py", {folder});
 }

@@ -47,7 +47,7 @@ void ReadConverted(const std::string& format, const std::string& file,
                    const std::function<void(const std::string& text)>& read);
 
 /// Pictures, report.html, table.tex and table.csv of a run's folder that holds results.json.
-bool TellRun(const std::string& folder);
+bool WriteReport(const std::string& folder);
 
 /// The file of a run's folder that is there to be looked at.
 inline constexpr const char* kReportFile = "report.html";

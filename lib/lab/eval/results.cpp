@@ -110,24 +110,24 @@ void AddPoseMetrics(bool focals_known, SceneMetricsOf* all) {
 
 Tolerance PoseTolerance(const Tolerance& tolerance) { return tolerance.pixels ? Tolerance(10.0) : tolerance; }
 
-void AddStructureMetrics(bool angles_known, SceneMetricsOf* all) {
+void AddInstanceMetrics(bool angles_known, SceneMetricsOf* all) {
   const Tolerance& c = all->tolerance;
   const auto misclassified = [](const ProblemRecord& r) { return r.error.misclassified; };
   all->Mean("misclassification", misclassified);
   all->Median("misclassification_median", misclassified);
   all->Mean("recall", [](const ProblemRecord& r) { return r.error.recall; });
-  all->Mean("structures", [](const ProblemRecord& r) { return r.structure_count; });
+  all->Mean("structures", [](const ProblemRecord& r) { return r.instance_count; });
   all->Mean(kSetsMetric, SetsOf);
-  all->Mean("structures_in_sets", [](const ProblemRecord& r) { return r.structures_in_sets; });
+  all->Mean("structures_in_sets", [](const ProblemRecord& r) { return r.instances_in_sets; });
   if (angles_known) {
     std::vector<double> angles;
     for (const ProblemRecord* record : all->records)
-      angles.insert(angles.end(), record->error.structure_angles_deg.begin(), record->error.structure_angles_deg.end());
+      angles.insert(angles.end(), record->error.instance_angles_deg.begin(), record->error.instance_angles_deg.end());
     for (const double part : {0.5 * c.value, c.value})
       all->Add(MetricName("recall_AUC", part), RecallArea(angles, part));
     all->Add(MetricName("structures_within", c), AccuracyWithin(angles, c.value));
   }
-  all->Median("draws", [](const ProblemRecord& r) { return static_cast<double>(r.report.draws); });
+  all->Median("draws", [](const ProblemRecord& r) { return static_cast<double>(r.stats.iterations); });
 }
 
 }  // namespace
@@ -155,19 +155,19 @@ std::vector<MetricValue> SceneMetrics(const std::string& scene, const std::vecto
   all.Add("failures", failures);
   all.Add("may_be_chance", chance);
   all.Median("inliers", [](const ProblemRecord& r) { return r.inliers; });
-  all.Median("hypotheses", [](const ProblemRecord& r) { return r.report.hypotheses; });
-  all.Median("unique_minimal_sets", [](const ProblemRecord& r) { return r.report.unique_minimal_sets; });
+  all.Median("hypotheses", [](const ProblemRecord& r) { return r.stats.hypotheses; });
+  all.Median("unique_minimal_sets", [](const ProblemRecord& r) { return r.stats.unique_minimal_sets; });
   all.Mean("all_inlier_sets", [](const ProblemRecord& r) { return r.all_inlier_sets; });
-  all.Median("ms_features", [](const ProblemRecord& r) { return r.report.ms_features; });
-  all.Median("ms_network", [](const ProblemRecord& r) { return r.report.ms_network; });
-  all.Median("ms_consensus", [](const ProblemRecord& r) { return r.report.ms_consensus; });
-  all.Median("ms_total", [](const ProblemRecord& r) { return r.report.ms_total; });
+  all.Median("ms_features", [](const ProblemRecord& r) { return r.stats.ms_features; });
+  all.Median("ms_network", [](const ProblemRecord& r) { return r.stats.ms_network; });
+  all.Median("ms_consensus", [](const ProblemRecord& r) { return r.stats.ms_consensus; });
+  all.Median("ms_total", [](const ProblemRecord& r) { return r.stats.ms_total; });
   if (kinds.poses) AddPoseMetrics(kinds.focals, &all);
   if (kinds.given)
     all.Add(PoseAccuracyMetric(tolerance),
             MeanAverageAccuracy(ValuesOf(records, [](const ProblemRecord& r) { return r.error.pose_deg; }),
                                 PoseTolerance(tolerance).value));
-  if (kinds.structures) AddStructureMetrics(kinds.angles, &all);
+  if (kinds.instances) AddInstanceMetrics(kinds.angles, &all);
   return all.metrics;
 }
 
@@ -207,19 +207,19 @@ bool JudgesGivenPoses(const ExperimentResults& results) { return AnyRecord(resul
 
 std::string PoseAccuracyMetric(const Tolerance& tolerance) { return MetricName("mAA_pose", PoseTolerance(tolerance)); }
 
-bool JudgesStructures(const Cell& cell) { return AnyRecord(cell, KnowsRecall); }
-bool JudgesStructures(const ExperimentResults& results) { return AnyRecord(results, KnowsRecall); }
+bool JudgesInstances(const Cell& cell) { return AnyRecord(cell, KnowsRecall); }
+bool JudgesInstances(const ExperimentResults& results) { return AnyRecord(results, KnowsRecall); }
 
 bool JudgesAngles(const Cell& cell) {
-  return AnyRecord(cell, [](const ProblemRecord& record) { return !record.error.structure_angles_deg.empty(); });
+  return AnyRecord(cell, [](const ProblemRecord& record) { return !record.error.instance_angles_deg.empty(); });
 }
 
 std::string AccuracyMetric(const ExperimentResults& results) {
-  return JudgesStructures(results) ? "recall" : MetricName("mAA", results.experiment.tolerance());
+  return JudgesInstances(results) ? "recall" : MetricName("mAA", results.experiment.tolerance());
 }
 
 std::string AccuracyTitle(const ExperimentResults& results) {
-  return JudgesStructures(results) ? "recall of structures" : AccuracyMetric(results);
+  return JudgesInstances(results) ? "recall of structures" : AccuracyMetric(results);
 }
 
 namespace {
@@ -263,7 +263,7 @@ void AddDeviations(const Cell& cell, const Tolerance& tolerance, std::vector<Met
 std::vector<MetricValue> CellMetrics(const Cell& cell, const Tolerance& tolerance) {
   std::vector<MetricValue> all;
   if (cell.records.empty()) return all;
-  const MetricKinds kinds{JudgesPoses(cell, tolerance), JudgesStructures(cell), JudgesAngles(cell),
+  const MetricKinds kinds{JudgesPoses(cell, tolerance), JudgesInstances(cell), JudgesAngles(cell),
                           JudgesGivenPoses(cell), AnyRecord(cell, KnowsFocal)};
   for (const std::string& scene : ScenesOf(cell)) {
     std::vector<const ProblemRecord*> records;

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/estimate/robust_estimator.h"
 #include "lab/eval/bootstrap.h"
 #include "lab/eval/estimates.h"
 #include "lab/eval/experiment.h"
@@ -33,23 +33,22 @@ struct ProblemRecord : EstimateRecord {
   EstimateError error;
   int inliers = 0;    ///< How many.
   PoseLevels levels;  ///< By the estimate's own covariance.
-  /// Two views: whether another pose explains the inliers as well (Estimate::other_pose).
-  bool has_other_pose = false;
+  /// Two views: whether another pose explains the inliers as well (Estimate::ambiguous_pose).
+  bool has_ambiguous_pose = false;
   double error_probability = std::numeric_limits<double>::quiet_NaN();  ///< Estimate::error_probability.
   /// Share of the first (up to 20) minimal sets that hold true inliers alone; NaN without sets or true inliers.
   double all_inlier_sets = std::numeric_limits<double>::quiet_NaN();
   /// Several structures, of the same sets: the share whose points are all of one true structure, and the share of the
   /// true structures that at least one such set is of; else NaN.
-  double one_structure_sets = std::numeric_limits<double>::quiet_NaN();
-  double structures_in_sets = std::numeric_limits<double>::quiet_NaN();
+  double one_instance_sets = std::numeric_limits<double>::quiet_NaN();
+  double instances_in_sets = std::numeric_limits<double>::quiet_NaN();
   /// Of the problem, not of its estimate; NaN where it is unknown (problem_quantities.h).
   double inlier_share = std::numeric_limits<double>::quiet_NaN();
   double true_rotation_deg = std::numeric_limits<double>::quiet_NaN();
   double true_baseline = std::numeric_limits<double>::quiet_NaN();
   double true_parallax_deg = std::numeric_limits<double>::quiet_NaN();
-  int structure_count =
-      0;  ///< How many were found, where the truth has several; one of a row that looks for one model.
-  EstimateReport report;
+  int instance_count = 0;  ///< How many were found, where the truth has several; one of a row that looks for one model.
+  EstimationStats stats;
   bool done = false;  ///< False only for what an interrupt left out.
   int run = 0;        ///< Which of the joined runs of other seeds it is of (JoinSweep).
 };
@@ -156,11 +155,11 @@ std::string MetricName(const std::string& metric, const Tolerance& tolerance);
 
 /// What is judged beside the main error.
 struct MetricKinds {
-  bool poses = false;       ///< Rotation and translation on their own.
-  bool structures = false;  ///< Several structures at once.
-  bool angles = false;      ///< The angles of these.
-  bool given = false;       ///< The pose that a person is given (PoseAccuracyMetric).
-  bool focals = false;      ///< Focal lengths.
+  bool poses = false;      ///< Rotation and translation on their own.
+  bool instances = false;  ///< Several structures at once.
+  bool angles = false;     ///< The angles of these.
+  bool given = false;      ///< The pose that a person is given (PoseAccuracyMetric).
+  bool focals = false;     ///< Focal lengths.
 };
 
 /// The metrics of one scene's records, in the order of the files (docs/metrics.md).
@@ -202,8 +201,8 @@ bool JudgesGivenPoses(const ExperimentResults& results);
 std::string PoseAccuracyMetric(const Tolerance& tolerance);
 
 /// Whether several structures are judged: some problem's recall is known.
-bool JudgesStructures(const Cell& cell);
-bool JudgesStructures(const ExperimentResults& results);
+bool JudgesInstances(const Cell& cell);
+bool JudgesInstances(const ExperimentResults& results);
 
 /// Whether the angles of several structures are judged.
 bool JudgesAngles(const Cell& cell);
@@ -215,7 +214,7 @@ std::string AccuracyTitle(const ExperimentResults& results);
 
 /// The share of minimal sets that are of one true structure, by its metric's name, and of one problem.
 inline constexpr const char* kSetsMetric = "one_structure_sets";
-inline double SetsOf(const ProblemRecord& record) { return record.one_structure_sets; }
+inline double SetsOf(const ProblemRecord& record) { return record.one_instance_sets; }
 
 /// The metrics of a cell: each scene's, then `mean`, the unweighted mean over scenes (counts are summed); with several
 /// scenes also those of all problems together, where large scenes weigh more: `all_pairs`. Of several runs (seeds) the

@@ -102,7 +102,7 @@ Json CellJson(const ExperimentResults& results, const Cell& cell, const CellRepo
   if (!std::isnan(report.sets.mean)) json[std::string(kSetsMetric) + "_ci95"] = report.sets;
   const auto& bars = experiment.figures.bars;
   if (std::find(bars.begin(), bars.end(), row.name) != bars.end() && JudgesPoses(results) &&
-      !JudgesStructures(results)) {
+      !JudgesInstances(results)) {
     json["rotation_ci95"] = AngleJson(results, cell, [](const EstimateError& error) { return error.rotation_deg; });
     json["translation_ci95"] =
         AngleJson(results, cell, [](const EstimateError& error) { return error.translation_deg; });
@@ -279,9 +279,9 @@ std::string ResultsJson(const Report& report, const std::string& config) {
       {"experiment_notes", experiment.notes},
       {"report", experiment.report},
       {"accuracy", {{"metric", AccuracyMetric(results)}, {"title", AccuracyTitle(results)}}},
-      {"unit", ShownUnit(JudgesStructures(results), c)},
+      {"unit", ShownUnit(JudgesInstances(results), c)},
       {"poses", JudgesPoses(results)},
-      {"structures", JudgesStructures(results)},
+      {"structures", JudgesInstances(results)},
       {"two_view", IsTwoView(experiment.task)},
       {"reference",
        ReferenceRow(experiment) < 0 ? Json(nullptr) : Json(experiment.methods[ReferenceRow(experiment)].name)},
@@ -296,7 +296,7 @@ std::string ResultsJson(const Report& report, const std::string& config) {
       {"differences", ComparisonsJson(report)},
       {"compare", experiment.compare},
       {"paper", PaperJson(results)},
-      {"beside_paper", JudgesStructures(results) ? Json::array() : BesidePaperJson(report)}};
+      {"beside_paper", JudgesInstances(results) ? Json::array() : BesidePaperJson(report)}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

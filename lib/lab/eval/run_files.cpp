@@ -24,7 +24,7 @@ struct AppendValues {
   void operator()(const char*, Count value) const {
     *text += "," + std::to_string(value);
   }
-  void operator()(const char*, Translation translation) const { *text += "," + std::string(ToString(translation)); }
+  void operator()(const char*, Degeneracy translation) const { *text += "," + std::string(ToString(translation)); }
   void operator()(const char*, const std::vector<double>& values) const {
     *text += ",";
     for (std::size_t i = 0; i < values.size(); ++i) *text += (i == 0 ? "" : " ") + NumberText(values[i]);
@@ -157,7 +157,7 @@ std::string ResultsCsv(const Report& report) {
 }
 
 std::string ProblemsCsv(const ExperimentResults& results) {
-  const bool two_view = IsTwoView(results.experiment.task), structures = JudgesStructures(results);
+  const bool two_view = IsTwoView(results.experiment.task), instances = JudgesInstances(results);
   const auto visit = [&](const ProblemRecord& record, const auto& append) {
     VisitRecord(record, append);
     VisitEstimate(record, append);
@@ -165,7 +165,7 @@ std::string ProblemsCsv(const ExperimentResults& results) {
     VisitQuantities(record, append);
     VisitLevels(record, append);
     if (two_view) VisitPose(record, append);
-    if (structures) VisitStructures(record, append);
+    if (instances) VisitInstances(record, append);
   };
   std::string text = "id,scene,condition,method,status";
   visit(ProblemRecord(), AppendNames{&text});

@@ -12,11 +12,11 @@ std::string ResultsCsv(const Report& report);
 
 /// problems.csv: id,scene,condition,method,status,angle_deg,offset,rotation_deg,translation_deg,error_px,focal_error,
 /// inliers,hypotheses,ms_features,ms_network,ms_consensus,ms_total,points,failed,unique_minimal_sets,all_inlier_sets,
-/// and where the experiment keeps estimates noise_scale,qw,qx,qy,qz,tx,ty,tz,model: σ, the pose x2 = R x1 + t
+/// and where the experiment keeps estimates sigma,qw,qx,qy,qz,tx,ty,tz,model: σ, the pose x2 = R x1 + t
 /// (docs/estimates.md), R as a unit quaternion, qw ≥ 0, and the model's parameters, blanks between them; then
-/// log_false_alarms, what is known of the problem (problem_quantities.h), rotation_level and translation_level
+/// log10_nfa, what is known of the problem (problem_quantities.h), rotation_level and translation_level
 /// (PoseLevels); of two views pose_rotation_deg,pose_translation_deg,pose_deg (AddPoseError), translation and
-/// has_other_pose (1: Estimate::other_pose is there), error_probability. Unknown values are empty.
+/// has_ambiguous_pose (1: Estimate::ambiguous_pose is there), error_probability. Unknown values are empty.
 std::string ProblemsCsv(const ExperimentResults& results);
 
 /// Markdown with aligned columns, ready to read on a terminal.

@@ -78,7 +78,7 @@ struct ReadValues {
   void operator()(const char* name, Count& value) const {
     value = line.Count(name);
   }
-  void operator()(const char* name, Translation& value) const { value = FromString<Translation>(line.Text(name)); }
+  void operator()(const char* name, Degeneracy& value) const { value = FromString<Degeneracy>(line.Text(name)); }
   void operator()(const char* name, std::vector<double>& values) const {
     if (line.Has(name)) values = line.Numbers(name);  // Runs of before have none.
   }
@@ -95,11 +95,11 @@ ProblemRecord RecordOf(const Line& line) {
   record.status = StatusFromText(line.Text("status"));
   const ReadValues read{line};
   VisitRecord(record, read);
-  if (line.Has("log_false_alarms")) VisitChance(record, read);
+  if (line.Has("log10_nfa")) VisitChance(record, read);
   if (line.Has("inlier_share")) VisitQuantities(record, read);
   if (line.Has("rotation_level")) VisitLevels(record, read);
   if (line.Has("pose_deg")) VisitPose(record, read);
-  if (line.Has("recall")) VisitStructures(record, read);
+  if (line.Has("recall")) VisitInstances(record, read);
   record.done = true;
   return record;
 }

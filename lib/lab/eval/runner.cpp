@@ -14,7 +14,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"
-#include "diffsac/estimators/estimation_priors.h"
+#include "diffsac/estimate/estimation_priors.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/paths.h"
 #include "lab/config/process.h"
@@ -23,10 +23,10 @@
 #include "lab/data/pair_check.h"
 #include "lab/data/point_files.h"
 #include "lab/eval/digest.h"
+#include "lab/eval/instances_error.h"
 #include "lab/eval/merge.h"
 #include "lab/eval/problem_quantities.h"
-#include "lab/eval/structures_error.h"
-#include "lab/truth/pose_error.h"
+#include "lab/ground_truth/pose_error.h"
 
 namespace diffsac {
 namespace {
@@ -72,12 +72,12 @@ double ShareOfTrueSets(const Estimate& estimate, const std::vector<std::uint8_t>
   return static_cast<double>(pure) / static_cast<double>(estimate.minimal_sets.size());
 }
 
-void RecordStructures(const Example& example, const Estimate& estimate, ProblemRecord* record) {
+void RecordInstances(const Example& example, const Estimate& estimate, ProblemRecord* record) {
   if (std::isnan(record->error.recall)) return;
-  const StructureShares shares = StructureSharesOf(estimate.minimal_sets, example.truth);
-  record->one_structure_sets = shares.one_structure;
-  record->structures_in_sets = shares.structures;
-  record->structure_count = static_cast<int>(StructuresOf(estimate, example.problem).models.size());
+  const InstanceShares shares = InstanceSharesOf(estimate.minimal_sets, example.truth);
+  record->one_instance_sets = shares.one_instance;
+  record->instances_in_sets = shares.instances;
+  record->instance_count = static_cast<int>(InstancesOf(estimate, example.problem).models.size());
 }
 
 }  // namespace
@@ -88,14 +88,14 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
   record.scene = experiment.GroupOf(example.scene);
   record.error = MeasureError(estimate, example);
   AddPoseError(experiment.estimates ? record.pose : estimate.pose, example, &record.error);
-  record.has_other_pose = estimate.other_pose.has_value();
+  record.has_ambiguous_pose = estimate.ambiguous_pose.has_value();
   record.error_probability = estimate.error_probability;
   record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
   record.all_inlier_sets = ShareOfTrueSets(estimate, example.truth.inliers);
-  RecordStructures(example, estimate, &record);
+  RecordInstances(example, estimate, &record);
   RecordQuantities(example, experiment.share_within_px, &record);
   record.levels = PoseLevelsOf(estimate, example);
-  record.report = estimate.report;
+  record.stats = estimate.stats;
   record.done = true;
   return record;
 }

@@ -57,7 +57,7 @@ struct AppendToLine {
   void operator()(const char*, Count value) const {
     line.push_back(value);
   }
-  void operator()(const char*, Translation value) const { line.push_back(std::string(ToString(value))); }
+  void operator()(const char*, Degeneracy value) const { line.push_back(std::string(ToString(value))); }
   void operator()(const char*, const std::vector<double>& values) const { line.push_back(values); }
 };
 
@@ -69,7 +69,7 @@ class TakeValues {
     value = item.is_string() ? std::strtod(item.get<std::string>().c_str(), nullptr) : item.get<double>();
   }
   void operator()(const char*, bool& value) const { value = Next().get<bool>(); }
-  void operator()(const char*, Translation& value) const { value = FromString<Translation>(Next().get<std::string>()); }
+  void operator()(const char*, Degeneracy& value) const { value = FromString<Degeneracy>(Next().get<std::string>()); }
   void operator()(const char*, std::vector<double>& values) const { values = Next().get<std::vector<double>>(); }
   template <std::integral Count>
   void operator()(const char*, Count& value) const {

@@ -84,13 +84,13 @@ MetricTable SetsKind(const ExperimentResults& results) {
 }
 
 MetricTable SceneKind(const ExperimentResults& results, std::size_t condition) {
-  const bool structures = JudgesStructures(results);
-  const std::string name = structures ? "misclassification" : MetricName("mAA", results.experiment.tolerance());
+  const bool instances = JudgesInstances(results);
+  const std::string name = instances ? "misclassification" : MetricName("mAA", results.experiment.tolerance());
   MetricTable kind{
-      (structures ? "misclassification error in %" : name) + " by scene" + ConditionText(results.experiment, condition),
+      (instances ? "misclassification error in %" : name) + " by scene" + ConditionText(results.experiment, condition),
       {}};
   for (const std::string& scene : ScenesOf(results, condition))
-    kind.columns.push_back({scene, condition, scene, name, structures ? 2 : 3, !structures});
+    kind.columns.push_back({scene, condition, scene, name, instances ? 2 : 3, !instances});
   return kind;
 }
 
@@ -107,7 +107,7 @@ namespace {
 
 // Of several structures (docs/metrics.md#several-structures): misclassification over all problems, mean with the costs
 // and median, recall, what the minimal sets hold.
-std::vector<MetricTable> StructureKinds(const ExperimentResults& results) {
+std::vector<MetricTable> InstanceKinds(const ExperimentResults& results) {
   // As the papers do, over all problems: AdelaideRMF's scenes are single pairs.
   const std::size_t scenes = MostScenes(results);
   const std::string all = scenes > 1 ? kAllPairs : "mean";
@@ -134,7 +134,7 @@ std::vector<MetricTable> StructureKinds(const ExperimentResults& results) {
     add("structures within " + FixedText(c.value, 1) + "° in %, higher is better",
         {"", 0, all, within, 1, true, nullptr, 100.0}, false);
   }
-  if (!AnyRecord(results, [](const ProblemRecord& record) { return !std::isnan(record.one_structure_sets); }))
+  if (!AnyRecord(results, [](const ProblemRecord& record) { return !std::isnan(record.one_instance_sets); }))
     return kinds;
   add("share of the first 20 minimal sets that are of one true structure alone", {"", 0, "mean", kSetsMetric, 3},
       false);
@@ -165,8 +165,8 @@ std::vector<MetricTable> MainKinds(const ExperimentResults& results, bool truth)
     AddConditions(results, {"", 0, "mean", "inliers", 0}, "", &kinds.back());
     return kinds;
   }
-  if (JudgesStructures(results)) {
-    kinds = StructureKinds(results);
+  if (JudgesInstances(results)) {
+    kinds = InstanceKinds(results);
     if (!results.seeds.empty()) kinds.push_back(DeviationKind(results, kinds.front()));
     return kinds;
   }
@@ -184,15 +184,14 @@ std::vector<MetricTable> MainKinds(const ExperimentResults& results, bool truth)
 std::vector<Table> MakeTables(const Report& report) {
   const ExperimentResults& results = report.results;
   const ExperimentOptions& experiment = results.experiment;
-  const bool truth = HasTruth(report), structures = JudgesStructures(results),
-             poses = JudgesPoses(results) && !structures;
+  const bool truth = HasTruth(report), instances = JudgesInstances(results), poses = JudgesPoses(results) && !instances;
   std::vector<MetricTable> kinds = MainKinds(results, truth);
   const auto add = [&](const std::vector<MetricTable>& more) { kinds.insert(kinds.end(), more.begin(), more.end()); };
-  if (!structures && JudgesGivenPoses(results)) add(GivenPoseKinds(results));
+  if (!instances && JudgesGivenPoses(results)) add(GivenPoseKinds(results));
   if (poses) add(PoseKinds(results, "rotation", "R"));
   if (poses) add(PoseKinds(results, "translation", "t"));
-  if (truth && !structures && IsTwoView(experiment.task)) add(AreaKinds(results, poses));
-  if (!structures && HasSets(results)) kinds.push_back(SetsKind(results));
+  if (truth && !instances && IsTwoView(experiment.task)) add(AreaKinds(results, poses));
+  if (!instances && HasSets(results)) kinds.push_back(SetsKind(results));
   for (std::size_t c = 0; truth && c < experiment.conditions.size(); ++c)
     if (ScenesOf(results, c).size() > 1) kinds.push_back(SceneKind(results, c));
   std::vector<Table> tables;

@@ -63,7 +63,7 @@ Table ModelTable(const ExperimentResults& results);
 std::size_t MostScenes(const ExperimentResults& results);
 
 /// What a note under them says of the metrics.
-inline constexpr const char* kStructureNote =
+inline constexpr const char* kInstanceNote =
     " Misclassification: per cent of points with a wrong label, over all problems; recall: share of the true "
     "structures "
     "that are found.";

@@ -15,7 +15,7 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
-#include "lab/truth/pair_truth.h"
+#include "lab/ground_truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -121,7 +121,7 @@ struct CorrespondenceScene::Impl {
   void ReadTruth(const Example& example, GroundTruth* truth);
   RigidMotion ReadCamera(const std::string& image);
   Numbers ReadPerMatch(LazyFile& file, const std::string& id, Eigen::Index count);
-  PointMatrix ReadSimilarities(const std::string& id, Eigen::Index count);
+  PointMatrix ReadScaleRotationChanges(const std::string& id, Eigen::Index count);
 
   std::string folder, scene;
   CorrespondenceOptions options;
@@ -137,14 +137,14 @@ Numbers CorrespondenceScene::Impl::ReadPerMatch(LazyFile& file, const std::strin
   return numbers;
 }
 
-PointMatrix CorrespondenceScene::Impl::ReadSimilarities(const std::string& id, Eigen::Index count) {
-  LazyFile& similarities = File("similarities.h5");
-  const Numbers numbers = similarities.Read(id);
+PointMatrix CorrespondenceScene::Impl::ReadScaleRotationChanges(const std::string& id, Eigen::Index count) {
+  LazyFile& scale_rotation_changes = File("similarities.h5");
+  const Numbers numbers = scale_rotation_changes.Read(id);
   if (numbers.shape != std::vector<hsize_t>{static_cast<hsize_t>(count), 2})
-    throw Error(similarities.Place(id) + ": expected " + std::to_string(count) +
+    throw Error(scale_rotation_changes.Place(id) + ": expected " + std::to_string(count) +
                 "x2 (log of the sizes' ratio, turn), found " + ShapeText(numbers));
   const PointMatrix rows = Eigen::Map<const PointMatrix>(numbers.values.data(), count, 2);
-  if (!rows.allFinite()) throw Error(similarities.Place(id) + ": a value is not finite");
+  if (!rows.allFinite()) throw Error(scale_rotation_changes.Place(id) + ": a value is not finite");
   return rows;
 }
 
@@ -161,14 +161,14 @@ void CorrespondenceScene::Impl::ReadProblem(const std::string& id, Problem* prob
     throw Error(scores.path() + ": expected ratios, match_conf.h5, or scores, found both");
   if (problem->scored || quality.exists()) {
     const Numbers values = ReadPerMatch(problem->scored ? scores : quality, id, count);
-    problem->match_ratio = Eigen::Map<const Eigen::VectorXd>(values.values.data(), count);
+    problem->snn_ratio = Eigen::Map<const Eigen::VectorXd>(values.values.data(), count);
   }
   if (problem->scored) {
-    if (!(problem->match_ratio.array() >= 0.0 && problem->match_ratio.array() <= 1.0).all())
+    if (!(problem->snn_ratio.array() >= 0.0 && problem->snn_ratio.array() <= 1.0).all())
       throw Error(scores.Place(id) + ": expected scores from 0 to 1");
-    problem->match_ratio = 1.0 - problem->match_ratio.array();
+    problem->snn_ratio = 1.0 - problem->snn_ratio.array();
   }
-  if (File("similarities.h5").exists()) problem->similarities = ReadSimilarities(id, count);
+  if (File("similarities.h5").exists()) problem->scale_rotation_changes = ReadScaleRotationChanges(id, count);
   if (calibration.exists()) {
     const Numbers both = calibration.ReadExactly(id, 18, "1x2x3x3 (K1, K2)");
     problem->cameras =

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 
@@ -25,10 +25,9 @@ struct CorrespondenceOptions {
 ///
 ///   matches.h5       N × 4: x1 y1 x2 y2, pixels                              required
 ///   match_conf.h5    N values, second-nearest-neighbour ratio                optional, like all below
-///   similarities.h5  N × 2: log(size2 / size1) and angle2 − angle1, radians, of the keypoints (Problem::similarities)
-///   K1_K2.h5         1 × 2 × 3 × 3: K1, then K2
-///   R.h5, T.h5       3 × 3 and 3 values an image, world-to-camera            both or none
-///   Egt.h5, Fgt.h5   3 × 3: x2ᵀ F x1 = 0, E in coordinates K⁻¹ x
+///   similarities.h5  N × 2: log(size2 / size1) and angle2 − angle1, radians, of the keypoints
+///   (Problem::scale_rotation_changes) K1_K2.h5         1 × 2 × 3 × 3: K1, then K2 R.h5, T.h5       3 × 3 and 3 values
+///   an image, world-to-camera            both or none Egt.h5, Fgt.h5   3 × 3: x2ᵀ F x1 = 0, E in coordinates K⁻¹ x
 ///   Hgt.h5           3 × 3: x2 ~ H x1
 ///   sizes.h5         h1 w1 h2 w2
 ///   descriptors.h5   N × 2d: image 1, then image 2
@@ -57,8 +56,8 @@ class CorrespondenceScene {
   std::int64_t size() const { return static_cast<std::int64_t>(pairs().size()); }
 
   /// Reads one pair: `id` is its name, `truth` what the files know, and `problem` as yet of no task: fundamental
-  /// matrices, ε = 1 px, without model, pose and inliers (SetTask in lab/truth/pair_truth.h). Throws Error for an index
-  /// out of range as well.
+  /// matrices, ε = 1 px, without model, pose and inliers (SetTask in lab/ground_truth/pair_truth.h). Throws Error for
+  /// an index out of range as well.
   Example Read(std::int64_t index) const;
   /// The rows of match_indices.h5 for a pair of `num_matches`. Throws Error where there is no such file as well.
   MatchIndices ReadMatchIndices(const std::string& id, Eigen::Index num_matches) const;

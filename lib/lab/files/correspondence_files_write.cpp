@@ -99,13 +99,13 @@ void SceneWriter::CheckCounts(const Example& pair) const {
   const Problem& problem = pair.problem;
   const Eigen::Index count = problem.points.rows();
   const bool fits = problem.points.cols() == 4 &&
-                    (problem.match_ratio.size() == 0 || problem.match_ratio.size() == count) &&
-                    (problem.similarities.size() == 0 ||
-                     (problem.similarities.rows() == count && problem.similarities.cols() == 2)) &&
+                    (problem.snn_ratio.size() == 0 || problem.snn_ratio.size() == count) &&
+                    (problem.scale_rotation_changes.size() == 0 ||
+                     (problem.scale_rotation_changes.rows() == count && problem.scale_rotation_changes.cols() == 2)) &&
                     (problem.descriptors.size() == 0 || problem.descriptors.rows() == count) &&
                     (pair.truth.assignment.empty() || static_cast<Eigen::Index>(pair.truth.assignment.size()) == count);
   if (!fits) throw Error(folder_ + ": " + pair.id + ": the points are not Nx4, or other values are not N");
-  if (!problem.similarities.allFinite())
+  if (!problem.scale_rotation_changes.allFinite())
     throw Error(Path("similarities.h5") + ": " + pair.id + ": a value is not finite");
 }
 
@@ -138,16 +138,16 @@ void SceneWriter::WriteInputs() const {
   for (const bool scored : {false, true})
     WritePerMatch(
         scored ? "match_scores.h5" : "match_conf.h5",
-        [=](const Example& pair) { return pair.problem.scored == scored ? pair.problem.match_ratio.size() : 0; },
+        [=](const Example& pair) { return pair.problem.scored == scored ? pair.problem.snn_ratio.size() : 0; },
         [=](Hdf5Output& file, const Example& pair) {
-          Eigen::VectorXd values = pair.problem.match_ratio;
+          Eigen::VectorXd values = pair.problem.snn_ratio;
           if (scored) values = 1.0 - values.array();
           file.Put(pair.id, values.data(), {static_cast<hsize_t>(values.size())});
         });
   WritePerMatch(
-      "similarities.h5", [](const Example& pair) { return pair.problem.similarities.rows(); },
+      "similarities.h5", [](const Example& pair) { return pair.problem.scale_rotation_changes.rows(); },
       [](Hdf5Output& file, const Example& pair) {
-        const PointMatrix& rows = pair.problem.similarities;
+        const PointMatrix& rows = pair.problem.scale_rotation_changes;
         file.Put(pair.id, rows.data(), {static_cast<hsize_t>(rows.rows()), 2});
       });
   WriteOptional(

@@ -9,10 +9,10 @@
 #include "diffsac/geometry/refine.h"
 #include "diffsac/problem/homography_task.h"
 #include "diffsac/problem/tasks.h"
+#include "lab/ground_truth/pair_truth.h"
+#include "lab/ground_truth/task_truth.h"
 #include "lab/images/given_pairs.h"
 #include "lab/images/run_pairs.h"
-#include "lab/truth/pair_truth.h"
-#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {

@@ -121,7 +121,7 @@ void SceneOfPairs::AddPair(const ColmapPair& pair, CorrespondenceSet* set) {
   left_out_ += matches.rows() - count;
   problem.points.conservativeResize(count, 4);
   matches.conservativeResize(count, 2);
-  problem.similarities = SimilaritiesOf(image1.frames, image2.frames, matches);
+  problem.scale_rotation_changes = ScaleRotationChangesOf(image1.frames, image2.frames, matches);
   set->pairs.push_back(std::move(example));
   set->match_indices.push_back(std::move(matches));
 }
@@ -133,8 +133,7 @@ void SceneOfPairs::AddRatios(CorrespondenceSet* set) {
       rows.rowwise().normalize();
       return rows;
     };
-    set->pairs[i].problem.match_ratio =
-        MatchRatios(unit(pairs[i].image1), unit(pairs[i].image2), set->match_indices[i]);
+    set->pairs[i].problem.snn_ratio = SnnRatios(unit(pairs[i].image1), unit(pairs[i].image2), set->match_indices[i]);
   });
 }
 
@@ -163,7 +162,7 @@ CorrespondenceSet SceneOfPairs::Read() {
     LogInfo(database_.path() + ": left out " + std::to_string(left_out_) +
             " matches of keypoints that no camera without distortion sees");
   if (request_.ratios) AddRatios(&set);
-  KeepAllSimilaritiesOrNone(&set);
+  KeepAllScaleRotationChangesOrNone(&set);
   return set;
 }
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "diffsac/geometry/vector_clones.h"
-#include "diffsac/network/engine/kernels.h"
+#include "diffsac/guidance/engine/kernels.h"
 
 namespace diffsac {
 namespace {
@@ -189,8 +189,7 @@ std::vector<DescriptorMatch> MatchMutually(const DescriptorMatrix& first, const 
   return matches;
 }
 
-Eigen::VectorXd MatchRatios(const DescriptorMatrix& first, const DescriptorMatrix& second,
-                            const MatchIndices& matches) {
+Eigen::VectorXd SnnRatios(const DescriptorMatrix& first, const DescriptorMatrix& second, const MatchIndices& matches) {
   Eigen::VectorXd ratios(matches.rows());
   DescriptorMatrix queries, similarity;
   for (Eigen::Index start = 0; start < matches.rows(); start += kBlockRows) {

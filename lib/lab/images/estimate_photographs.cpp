@@ -9,8 +9,8 @@
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/progress.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/feature_store.h"
-#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -23,7 +23,7 @@ MatchIndices IndicesOf(const std::vector<DescriptorMatch>& matches) {
 }
 
 /// What all pairs know of a length one alone does not move: the pair has had its say.
-CameraHint Held(CameraHint hint, FocalSource from) {
+CameraPriorHint Held(CameraPriorHint hint, FocalSource from) {
   constexpr double kHeld = 2e-3;
   if (from == FocalSource::kPairs) hint.focal->log_sigma = kHeld;
   return hint;
@@ -44,8 +44,8 @@ void EstimatePair(const SourcePair& images, const PhotographCameras& cameras, co
   const std::array<int, 2> of = {images.image1, images.image2};
   Problem& problem = pair->example.problem;
   if (!problem.cameras) {
-    problem.hint1 = Held(cameras.hints[of[0]], cameras.from[of[0]]);
-    problem.hint2 = Held(cameras.hints[of[1]], cameras.from[of[1]]);
+    problem.camera_prior1 = Held(cameras.hints[of[0]], cameras.from[of[0]]);
+    problem.camera_prior2 = Held(cameras.hints[of[1]], cameras.from[of[1]]);
   }
   // One length is surer than two, and a model of it is one of two.
   const bool one =

@@ -4,14 +4,14 @@
 #include <atomic>
 #include <vector>
 
-#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/estimate/robust_estimator.h"
+#include "lab/ground_truth/example.h"
 #include "lab/images/feature_store.h"
 #include "lab/images/given_pairs.h"
 #include "lab/images/image_cameras.h"
 #include "lab/images/match_pair.h"
 #include "lab/images/photograph_cameras.h"
 #include "lab/images/photographs.h"
-#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -83,11 +83,11 @@ MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& cal
   MatchedImages matched;
   matched.pair.id = fs::path(given.file).stem().string();
   Problem& problem = matched.pair.problem;
-  problem.match_ratio = QualitiesOf(table, given.file, &problem.scored);
+  problem.snn_ratio = QualitiesOf(table, given.file, &problem.scored);
   const auto log_size = ColumnOf(table, "log_size"), angle = ColumnOf(table, "angle");
   if (log_size && angle) {
-    problem.similarities.resize(table.values.rows(), 2);
-    problem.similarities << *log_size, *angle;
+    problem.scale_rotation_changes.resize(table.values.rows(), 2);
+    problem.scale_rotation_changes << *log_size, *angle;
   }
   if (!given.sizes.empty()) problem.size1 = given.sizes.front(), problem.size2 = given.sizes.back();
   const auto first = cameras.Of(0, problem.size1), second = cameras.Of(1, problem.size2);
@@ -108,7 +108,7 @@ MatchedImages ReadScenePoints(const GivenMatches& given, const GivenCalibration&
   matched.pair.id = fs::path(given.file).stem().string();
   Problem& problem = matched.pair.problem;
   problem.task = Task::kAbsolutePose;
-  problem.match_ratio = QualitiesOf(table, given.file, &problem.scored);
+  problem.snn_ratio = QualitiesOf(table, given.file, &problem.scored);
   if (!given.sizes.empty()) problem.size1 = given.sizes.front();
   RequireWithin(problem.size1, table.values.leftCols(2), given.file + ": the image's size");
   const auto camera = ImageCameras(calibration, {given.file}).Of(0, problem.size1);
@@ -213,13 +213,13 @@ void CalibrateByName(const GivenMatches& given, const GivenCalibration& calibrat
 /// Files of a scene hold of all pairs what they hold.
 void KeepWhatAllHave(CorrespondenceSet* set) {
   const auto all = [&](const auto& has) { return std::all_of(set->pairs.begin(), set->pairs.end(), has); };
-  KeepAllSimilaritiesOrNone(set);
+  KeepAllScaleRotationChangesOrNone(set);
   const bool scored = set->pairs.front().problem.scored;
   if (!all([&](const Example& pair) {
-        return pair.problem.match_ratio.size() == pair.problem.points.rows() && pair.problem.scored == scored;
+        return pair.problem.snn_ratio.size() == pair.problem.points.rows() && pair.problem.scored == scored;
       }))
     for (Example& pair : set->pairs) {
-      pair.problem.match_ratio.resize(0);
+      pair.problem.snn_ratio.resize(0);
       pair.problem.scored = false;
     }
   if (!all([](const Example& pair) { return pair.problem.size1.known() && pair.problem.size2.known(); }))

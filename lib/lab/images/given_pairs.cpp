@@ -27,20 +27,20 @@ void WriteScene(const PairsRequest& request, const std::string& name, const std:
   result->written += 1;
 }
 
-PointMatrix SimilaritiesOf(const PointMatrix& first, const PointMatrix& second, const MatchIndices& matches) {
+PointMatrix ScaleRotationChangesOf(const PointMatrix& first, const PointMatrix& second, const MatchIndices& matches) {
   if (first.rows() == 0 || second.rows() == 0) return {};
-  PointMatrix similarities(matches.rows(), 2);
+  PointMatrix scale_rotation_changes(matches.rows(), 2);
   for (Eigen::Index i = 0; i < matches.rows(); ++i)
-    similarities.row(i) = SimilarityOf(first.row(matches(i, 0)), second.row(matches(i, 1)));
-  return similarities;
+    scale_rotation_changes.row(i) = SimilarityOf(first.row(matches(i, 0)), second.row(matches(i, 1)));
+  return scale_rotation_changes;
 }
 
-void KeepAllSimilaritiesOrNone(CorrespondenceSet* set) {
+void KeepAllScaleRotationChangesOrNone(CorrespondenceSet* set) {
   const bool all = std::all_of(set->pairs.begin(), set->pairs.end(), [](const Example& pair) {
-    return pair.problem.similarities.rows() == pair.problem.points.rows();
+    return pair.problem.scale_rotation_changes.rows() == pair.problem.points.rows();
   });
   if (all) return;
-  for (Example& pair : set->pairs) pair.problem.similarities.resize(0, 0);
+  for (Example& pair : set->pairs) pair.problem.scale_rotation_changes.resize(0, 0);
 }
 
 }  // namespace diffsac

@@ -30,11 +30,11 @@ GivenPairs ReadHlocPairs(const PairsRequest& request);
 /// or of all, as they are seen. Throws Error.
 GivenPairs ReadColmapPairs(const std::string& path, bool calibrated);
 
-/// Problem::similarities of matches between keypoints whose frames (N × 2: logarithm of the size, angle in radians) are
-/// given; empty where those of one image are.
-PointMatrix SimilaritiesOf(const PointMatrix& first, const PointMatrix& second, const MatchIndices& matches);
+/// Problem::scale_rotation_changes of matches between keypoints whose frames (N × 2: logarithm of the size, angle in
+/// radians) are given; empty where those of one image are.
+PointMatrix ScaleRotationChangesOf(const PointMatrix& first, const PointMatrix& second, const MatchIndices& matches);
 
 /// A scene's file holds all pairs: where a pair with matches has no similarities, none keeps them.
-void KeepAllSimilaritiesOrNone(CorrespondenceSet* set);
+void KeepAllScaleRotationChangesOrNone(CorrespondenceSet* set);
 
 }  // namespace diffsac

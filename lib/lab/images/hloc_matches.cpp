@@ -75,15 +75,15 @@ GivenPairs ReadHlocPairs(const PairsRequest& request) {
     for (Eigen::Index i = 0; i < pair.matches.rows(); ++i)
       problem.points.row(i) << image1.keypoints.row(pair.matches(i, 0)), image2.keypoints.row(pair.matches(i, 1));
     problem.scored = pair.scores.size() > 0;
-    if (problem.scored) problem.match_ratio = 1.0 - pair.scores.array();
-    problem.similarities = SimilaritiesOf(image1.frames, image2.frames, pair.matches);
+    if (problem.scored) problem.snn_ratio = 1.0 - pair.scores.array();
+    problem.scale_rotation_changes = ScaleRotationChangesOf(image1.frames, image2.frames, pair.matches);
     problem.size1 = image1.size;
     problem.size2 = image2.size;
     if (camera) problem.cameras = CameraPair{camera->K, camera->K};
     set.pairs.push_back(std::move(example));
     set.match_indices.push_back(std::move(pair.matches));
   }
-  KeepAllSimilaritiesOrNone(&set);
+  KeepAllScaleRotationChangesOrNone(&set);
   return given;
 }
 

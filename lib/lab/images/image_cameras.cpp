@@ -137,8 +137,8 @@ void ImageCameras::WarnOfSizes(const std::vector<ImageSize>& sizes) const {
              (shared ? ", and --focal alone takes each image's middle" : ""));
 }
 
-CameraHint ExifHint(const std::string& path, const ImageSize& size) {
-  CameraHint hint;
+CameraPriorHint ExifHint(const std::string& path, const ImageSize& size) {
+  CameraPriorHint hint;
   if (const auto focal = ExifFocalPx(path, size)) hint.focal = FocalPrior{*focal, kExifLogSigma};
   return hint;
 }

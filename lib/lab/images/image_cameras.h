@@ -43,7 +43,7 @@ class ImageCameras {
 };
 
 /// What EXIF data say of an image's camera (ExifFocalPx), where no calibration is given.
-CameraHint ExifHint(const std::string& path, const ImageSize& size);
+CameraPriorHint ExifHint(const std::string& path, const ImageSize& size);
 
 /// The options --calibration, --cameras, --focal and --center of programs that take photographs (ImageCameras).
 void AddCalibrationOptions(CLI::App* app, GivenCalibration* calibration);

@@ -94,6 +94,6 @@ std::vector<DescriptorMatch> MatchMutually(const DescriptorMatrix& first, const 
 
 /// The ratio of given matches: the distance of a match over that to the nearest other row of `second`, at most 1. Rows
 /// are of unit length.
-Eigen::VectorXd MatchRatios(const DescriptorMatrix& first, const DescriptorMatrix& second, const MatchIndices& matches);
+Eigen::VectorXd SnnRatios(const DescriptorMatrix& first, const DescriptorMatrix& second, const MatchIndices& matches);
 
 }  // namespace diffsac

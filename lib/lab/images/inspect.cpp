@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <numeric>
 
-#include "diffsac/problem/usable_rows.h"
+#include "diffsac/problem/deduplicated_points.h"
 #include "lab/config/progress.h"
 #include "lab/files/correspondence_files.h"
-#include "lab/truth/pair_truth.h"
+#include "lab/ground_truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -57,8 +57,8 @@ std::string ContentsOf(const Example& pair) {
   const auto add = [&](bool has, const char* name) {
     if (has) text += (text.empty() ? "" : " ") + std::string(name);
   };
-  add(pair.problem.match_ratio.size() > 0, pair.problem.scored ? "score" : "ratio");
-  add(pair.problem.similarities.size() > 0, "similarities");
+  add(pair.problem.snn_ratio.size() > 0, pair.problem.scored ? "score" : "ratio");
+  add(pair.problem.scale_rotation_changes.size() > 0, "similarities");
   add(pair.problem.size1.width > 0, "sizes");
   add(pair.problem.cameras.has_value(), "K");
   add(pair.truth.motion.has_value(), "pose");
@@ -79,12 +79,12 @@ class Inspector {
     summary_.pairs += 1;
     if (summary_.contents.empty()) summary_.contents = ContentsOf(pair);
     counts_.push_back(static_cast<double>(problem.points.rows()));
-    summary_.repeats += UsableRows(problem).repeated();
+    summary_.repeats += DeduplicatedPoints(problem).repeated();
     AddShares(pair);
     Check(pair, problem.points.allFinite(), "a coordinate is not finite");
     Check(pair, Inside(problem.points, 0, problem.size1) && Inside(problem.points, 2, problem.size2),
           "a point lies outside its image");
-    Check(pair, (problem.match_ratio.array() >= 0.0).all() && (problem.match_ratio.array() <= 1.0).all(),
+    Check(pair, (problem.snn_ratio.array() >= 0.0).all() && (problem.snn_ratio.array() <= 1.0).all(),
           problem.scored ? "a score is not in [0, 1]" : "a ratio is not in [0, 1]");
     Check(pair, TruthAgrees(pair), "E, F, the poses and K disagree");
   }

@@ -9,10 +9,10 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "lab/colmap/database.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/detection.h"
 #include "lab/images/given_pairs.h"
 #include "lab/images/image_cameras.h"
-#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -49,15 +49,15 @@ void FillProblem(const SourceImage& image1, const SourceImage& image2, const Ima
   Problem& problem = *into;
   const auto count = static_cast<Eigen::Index>(matches.size());
   problem.points.resize(count, 4);
-  problem.match_ratio.resize(count);
+  problem.snn_ratio.resize(count);
   MatchIndices rows(count, 2);
   for (Eigen::Index i = 0; i < count; ++i) {
     const DescriptorMatch& match = matches[i];
     problem.points.row(i) << positions1.row(match.first), positions2.row(match.second);
-    problem.match_ratio[i] = match.ratio;
+    problem.snn_ratio[i] = match.ratio;
     rows.row(i) << match.first, match.second;
   }
-  problem.similarities = SimilaritiesOf(first.frames, second.frames, rows);
+  problem.scale_rotation_changes = ScaleRotationChangesOf(first.frames, second.frames, rows);
   problem.size1 = first.size;
   problem.size2 = second.size;
   if (image1.camera && image2.camera) problem.cameras = CameraPair{image1.camera->K, image2.camera->K};
@@ -141,8 +141,8 @@ MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2,
   matched.pair = MatchPair(source, {0, 1, {}}, features[0], features[1], DistanceOf(options.kind)).example;
   matched.ms_matching = MillisecondsSince(start);
   if (!cameras.given()) {
-    matched.pair.problem.hint1 = ExifHint(path1, features[0].size);
-    matched.pair.problem.hint2 = ExifHint(path2, features[1].size);
+    matched.pair.problem.camera_prior1 = ExifHint(path1, features[0].size);
+    matched.pair.problem.camera_prior2 = ExifHint(path2, features[1].size);
   }
   return matched;
 }

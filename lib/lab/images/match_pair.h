@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "lab/ground_truth/example.h"
 #include "lab/images/image_features.h"
 #include "lab/images/image_source.h"
-#include "lab/truth/example.h"
 
 namespace diffsac {
 

@@ -12,7 +12,7 @@
 #include "lab/data/modelnet.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
-#include "lab/truth/pair_truth.h"
+#include "lab/ground_truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

@@ -39,7 +39,7 @@ double SpreadDegrees(const Eigen::MatrixXd& covariance, int first) {
 std::string PixelText(double value) { return Format(std::abs(value) < 1e7 ? "%.1f" : "%.4g", value); }
 
 FocalSource SourceOf(const Problem& problem, const std::optional<FocalEstimate>& focal, int image) {
-  const CameraHint& hint = image == 0 ? problem.hint1 : problem.hint2;
+  const CameraPriorHint& hint = image == 0 ? problem.camera_prior1 : problem.camera_prior2;
   return SourceOfFocal(problem, focal, image, hint.focal ? FocalSource::kExif : FocalSource::kPrior);
 }
 
@@ -102,8 +102,8 @@ std::string ScenePoseText(const Problem& problem, const Estimate& estimate) {
   std::string all;
   if (const auto& pose = estimate.pose) all += text(*pose);
   if (const auto& covariance = estimate.pose_covariance) all += PoseSpreadText(*covariance);
-  if (estimate.other_pose)
-    all += "  the points lie on one plane, and this pose explains them as well:\n" + text(*estimate.other_pose);
+  if (estimate.ambiguous_pose)
+    all += "  the points lie on one plane, and this pose explains them as well:\n" + text(*estimate.ambiguous_pose);
   return all;
 }
 
@@ -117,8 +117,9 @@ std::string MotionText(const Problem& problem, const Estimate& estimate) {
   std::string text = PoseText(*pose);
   if (const auto& covariance = estimate.pose_covariance)
     text += SpreadText(*covariance, Format("%.2g degrees", SpreadDegrees(*covariance, 3)));
-  if (estimate.other_pose)
-    text += "  the matches lie on one plane, and this motion explains them as well:\n" + PoseText(*estimate.other_pose);
+  if (estimate.ambiguous_pose)
+    text +=
+        "  the matches lie on one plane, and this motion explains them as well:\n" + PoseText(*estimate.ambiguous_pose);
   const auto guessed = [&](int image) {
     return !estimate.focal->observable[image] && SourceOf(problem, estimate.focal, image) == FocalSource::kPrior;
   };
@@ -127,7 +128,7 @@ std::string MotionText(const Problem& problem, const Estimate& estimate) {
   return text;
 }
 
-std::string TimesText(const PairTimes& times, const EstimateReport& report) {
+std::string TimesText(const PairTimes& times, const EstimationStats& report) {
   std::string text = Format("milliseconds: keypoints %.3g, matching %.3g", times.keypoints, times.matching);
   if (report.ms_features > 0.0) text += Format(", features %.3g", report.ms_features);
   if (report.ms_network > 0.0) text += Format(", network %.3g", report.ms_network);
@@ -154,8 +155,8 @@ std::size_t InlierCount(const Estimate& estimate) {
 /// ", 3 repeated, 2 not finite".
 std::string UnusedText(const Estimate& estimate) {
   std::string text;
-  if (estimate.repeated_rows > 0) text += ", " + std::to_string(estimate.repeated_rows) + " repeated";
-  if (estimate.rows_left_out > 0) text += ", " + std::to_string(estimate.rows_left_out) + " not finite";
+  if (estimate.num_duplicates > 0) text += ", " + std::to_string(estimate.num_duplicates) + " repeated";
+  if (estimate.num_nonfinite > 0) text += ", " + std::to_string(estimate.num_nonfinite) + " not finite";
   if (estimate.scores_ignored) text += kScoresIgnored;
   return text;
 }
@@ -198,9 +199,9 @@ Json PrincipalPointJson(const Problem& problem, const ImageSize& size, Eigen::Ma
   return {0.5 * (size.width - 1), 0.5 * (size.height - 1)};
 }
 
-bool HasRatioOrScore(const Problem& problem) { return problem.match_ratio.size() == problem.points.rows(); }
+bool HasRatioOrScore(const Problem& problem) { return problem.snn_ratio.size() == problem.points.rows(); }
 double RatioOrScore(const Problem& problem, Eigen::Index match) {
-  return problem.scored ? 1.0 - problem.match_ratio[match] : problem.match_ratio[match];
+  return problem.scored ? 1.0 - problem.snn_ratio[match] : problem.snn_ratio[match];
 }
 
 /// x1 y1 x2 y2 of each match, to a ten thousandth of a pixel, and its ratio or score where that is known.
@@ -232,10 +233,10 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
                      (pair.problem.task == Task::kAbsolutePose ? " points" : " matches") + UnusedText(estimate) + "\n";
   if (estimate.status != Status::kOk)
     return text + "no " + NameOf(pair.problem) + ": " + std::string(ToString(estimate.status)) + "\n" +
-           TimesText(times, estimate.report);
+           TimesText(times, estimate.stats);
   text += NameOf(pair.problem) + ": " + std::to_string(inliers) + " inliers";
   if (matches > 0) text += Format(" (%.0f %%)", 100.0 * static_cast<double>(inliers) / static_cast<double>(matches));
-  if (std::isfinite(estimate.noise_scale)) text += Format(", noise %.2g px", estimate.noise_scale);
+  if (std::isfinite(estimate.sigma)) text += Format(", noise %.2g px", estimate.sigma);
   text += "\n";
   if (estimate.mirrored)
     text += "  the matches fit the mirror image of the second photograph: one of the two is mirrored\n";
@@ -243,46 +244,48 @@ std::string PairText(const Example& pair, const Estimate& estimate, const PairTi
   if (!estimate.MayBeChance() && estimate.error_probability > kLikelyWrong)
     text += Format("  may be wrong: of results like this %.0f %% are off by more than 10 degrees\n",
                    100.0 * estimate.error_probability);
-  const bool determined = !IsUndetermined(estimate.translation);
+  const bool determined = !IsUndetermined(estimate.degeneracy);
   // Digits of what is anything would be taken for what they are not. A turn's homography is determined.
-  const bool of_turn = pair.problem.task == Task::kHomography && estimate.turn;
+  const bool of_turn = pair.problem.task == Task::kHomography && estimate.pure_rotation;
   if ((determined && IsTwoView(pair.problem.task)) || of_turn)
     text += MatrixText(LetterOf(pair.problem.task), estimate.model.data());
   if (estimate.focal) text += FocalText(pair.problem, *estimate.focal);
   if (!determined) {
-    if (estimate.translation == Translation::kTurn && estimate.turn) text += RotationText(*estimate.turn);
-    text += "  " + UndeterminedText(estimate.translation, pair.problem.task) + "\n";
+    if (estimate.degeneracy == Degeneracy::kPureRotation && estimate.pure_rotation)
+      text += RotationText(*estimate.pure_rotation);
+    text += "  " + UndeterminedText(estimate.degeneracy, pair.problem.task) + "\n";
   }
-  return text + MotionText(pair.problem, estimate) + TimesText(times, estimate.report);
+  return text + MotionText(pair.problem, estimate) + TimesText(times, estimate.stats);
 }
 
-std::string UndeterminedText(Translation translation, Task task) {
+std::string UndeterminedText(Degeneracy translation, Task task) {
   const std::string letter = LetterOf(task), without = (letter == "F" ? letter : "t") + " is not determined: ";
   switch (translation) {
-    case Translation::kTurn:
+    case Degeneracy::kPureRotation:
       return "t is not determined: the camera only turned";
-    case Translation::kStatic:
+    case Degeneracy::kStatic:
       return without + "the images show no motion";
-    case Translation::kPlane:
+    case Degeneracy::kPlane:
       return without + "the matches lie on one plane, or the camera only turned";
-    case Translation::kLine:
+    case Degeneracy::kLine:
       return (letter == "E" ? "t" : letter) + " is not determined: the matches lie on one line";
-    case Translation::kNotTested:
-    case Translation::kDetermined:
+    case Degeneracy::kNotTested:
+    case Degeneracy::kDetermined:
       break;
   }
   return "";
 }
 
 std::string MatchesText(const Problem& problem) {
-  const bool has_similarity = problem.similarities.rows() == problem.points.rows();
+  const bool has_similarity = problem.scale_rotation_changes.rows() == problem.points.rows();
   std::string text;
   if (problem.scored) text = std::string("x1 y1 x2 y2 score") + (has_similarity ? " log_size angle\n" : "\n");
   for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
     const double* match = problem.points.row(i).data();
     text += Format("%.17g %.17g %.17g %.17g", match[0], match[1], match[2], match[3]);
     text += Format(" %.17g", HasRatioOrScore(problem) ? RatioOrScore(problem, i) : 1.0);
-    if (has_similarity) text += Format(" %.17g %.17g", problem.similarities(i, 0), problem.similarities(i, 1));
+    if (has_similarity)
+      text += Format(" %.17g %.17g", problem.scale_rotation_changes(i, 0), problem.scale_rotation_changes(i, 1));
     text += "\n";
   }
   return text;
@@ -290,7 +293,7 @@ std::string MatchesText(const Problem& problem) {
 
 std::string PairJson(const Example& pair, const Estimate& estimate, const PairTimes& times, const PairRun& run) {
   const EstimateRecord record = RecordOf(pair, estimate);
-  const EstimateReport& report = estimate.report;
+  const EstimationStats& report = estimate.stats;
   Json model = Json::array();
   for (Eigen::Index i = 0; i < record.model.size(); ++i) model.push_back(record.model[i]);
   const std::optional<CameraPair>& cameras = pair.problem.cameras;
@@ -308,23 +311,23 @@ std::string PairJson(const Example& pair, const Estimate& estimate, const PairTi
                      {"task", ToString(pair.problem.task)},
                      {"status", std::string(ToString(record.status))},
                      {"may_be_chance", estimate.MayBeChance()},
-                     {"log_false_alarms", FiniteJson(record.log_false_alarms)},
+                     {"log10_nfa", FiniteJson(record.log10_nfa)},
                      {"mirrored", estimate.mirrored},
                      {"error_probability", FiniteJson(estimate.error_probability)},
                      {"model", model},
                      {"pose", PoseJson(record.pose)},
-                     {"other_pose", PoseJson(record.other_pose)},
-                     {"translation", ToString(record.translation)},
+                     {"ambiguous_pose", PoseJson(record.ambiguous_pose)},
+                     {"degeneracy", ToString(record.degeneracy)},
                      {"pose_covariance", record.pose_covariance ? MatrixJson(*record.pose_covariance) : Json(nullptr)},
-                     {"share_behind", record.share_behind},
+                     {"cheirality_failure_ratio", record.cheirality_failure_ratio},
                      {"focal_conflict", ConflictJson(estimate.focal_conflict)},
                      {"focal", record.focal ? FocalJson(pair.problem, *record.focal) : Json(nullptr)},
                      {"matches", record.points},
                      {"inliers", record.inlier_rows},
-                     {"rows_left_out", estimate.rows_left_out},
-                     {"repeated_rows", estimate.repeated_rows},
+                     {"num_nonfinite", estimate.num_nonfinite},
+                     {"num_duplicates", estimate.num_duplicates},
                      {"scores_ignored", estimate.scores_ignored},
-                     {"noise_scale_px", FiniteJson(record.noise_scale)},
+                     {"sigma_px", FiniteJson(record.sigma)},
                      {"ms",
                       {{"keypoints", times.keypoints},
                        {"matching", times.matching},

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <string>
 
-#include "diffsac/estimators/robust_estimator.h"
-#include "lab/truth/example.h"
+#include "diffsac/estimate/robust_estimator.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 
@@ -28,10 +28,10 @@ std::string PoseSpreadText(const Eigen::MatrixXd& covariance);
 
 /// Of what the matches leave open, why, for people: "t is not determined: the camera only turned". Empty where it is
 /// determined.
-std::string UndeterminedText(Translation translation, Task task);
+std::string UndeterminedText(Degeneracy translation, Task task);
 
 /// A line each: x1 y1 x2 y2 ratio, with all digits; ratio 1 where it is unknown. Where similarities are known
-/// (Problem::similarities) theirs follow.
+/// (Problem::scale_rotation_changes) theirs follow.
 std::string MatchesText(const Problem& problem);
 
 /// What was run on two images.

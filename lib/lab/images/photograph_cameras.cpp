@@ -88,7 +88,7 @@ std::vector<Say> SaysOf(const std::vector<std::array<int, 2>>& images, const std
   std::vector<Say> says;
   for (std::size_t i = 0; i < images.size(); ++i) {
     const Estimate& estimate = estimates[i];
-    if (!estimate.focal || estimate.MayBeChance() || IsUndetermined(estimate.translation)) continue;
+    if (!estimate.focal || estimate.MayBeChance() || IsUndetermined(estimate.degeneracy)) continue;
     if (const auto say = SayOf(*estimate.focal, cameras_of(images[i]))) says.push_back(*say);
   }
   return says;
@@ -190,7 +190,7 @@ PhotographCameras CamerasOfPhotographs(const std::vector<SourceImage>& images, c
       name += SizeText({std::max(sizes[i].width, sizes[i].height), std::min(sizes[i].width, sizes[i].height)});
     const auto [found, is_new] = is_known ? known.try_emplace(name, count) : std::pair(known.end(), true);
     cameras.camera.push_back(is_new ? count++ : found->second);
-    cameras.hints.push_back(sizes.empty() ? CameraHint{} : ExifHint(images[i].path, sizes[i]));
+    cameras.hints.push_back(sizes.empty() ? CameraPriorHint{} : ExifHint(images[i].path, sizes[i]));
     cameras.from.push_back(cameras.hints.back().focal ? FocalSource::kExif : FocalSource::kPrior);
     const bool open = !is_known && !sizes.empty() && !cameras.hints.back().focal;
     cameras.alike.push_back(open ? alike.try_emplace(name, std::ssize(alike)).first->second : -1);

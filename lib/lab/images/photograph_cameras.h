@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "diffsac/core/enum_names.h"
-#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/estimate/robust_estimator.h"
 #include "diffsac/problem/problem.h"
 #include "lab/images/image_source.h"
 
@@ -24,12 +24,12 @@ inline constexpr auto kEnumNames<FocalSource> = NamesOf<FocalSource>({{FocalSour
 
 /// What is known of the camera of each photograph without a calibration.
 struct PhotographCameras {
-  std::vector<int> camera;        ///< By image: which camera took it, from 0.
-  std::vector<CameraHint> hints;  ///< By image.
-  std::vector<FocalSource> from;  ///< By image: where its hint comes from.
-  std::vector<int> alike;         ///< By image: equal where EXIF data leave open whether one camera took them; or -1.
-  bool IsOne() const;             ///< Whether one camera took all.
-  bool AreDivided() const;        ///< Whether images that are alike are of several cameras.
+  std::vector<int> camera;             ///< By image: which camera took it, from 0.
+  std::vector<CameraPriorHint> hints;  ///< By image.
+  std::vector<FocalSource> from;       ///< By image: where its hint comes from.
+  std::vector<int> alike;   ///< By image: equal where EXIF data leave open whether one camera took them; or -1.
+  bool IsOne() const;       ///< Whether one camera took all.
+  bool AreDivided() const;  ///< Whether images that are alike are of several cameras.
 };
 
 /// Which camera took each of the photographs: images are of one camera where EXIF data say the same maker, model, focal

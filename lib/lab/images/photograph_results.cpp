@@ -75,7 +75,8 @@ std::string Milliseconds(double value) { return Format("%.3g", value); }
 
 /// Of COLMAP's camera of an image: as it was given; with the focal length that is known of it; or COLMAP's guess.
 /// `from`: where the hint comes from; lengths that were found are where COLMAP may start, not what it may rely on.
-ColmapCamera ColmapCameraOf(const SourceImage& image, const CameraHint& hint, FocalSource from, const ImageSize& size) {
+ColmapCamera ColmapCameraOf(const SourceImage& image, const CameraPriorHint& hint, FocalSource from,
+                            const ImageSize& size) {
   ColmapCamera colmap;
   colmap.size = size;
   const double middle_x = 0.5 * size.width, middle_y = 0.5 * size.height;
@@ -323,7 +324,7 @@ void WriteRun(std::vector<EstimatedPair>* pairs, std::size_t asked, const std::m
   WriteFileAtomically((fs::path(output) / "problems.csv").string(), ProblemsCsv(results));
   EndResults(MakeReport(results), output);
   WriteFileAtomically((fs::path(output) / kPosesFile).string(), PosesCsv(*pairs, files, method, seed));
-  TellRun(output);  // It reads all of these.
+  WriteReport(output);  // It reads all of these.
 }
 
 }  // namespace
@@ -337,7 +338,7 @@ std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const std::map<std
   std::string text =
       "image1,image2,status,may_be_chance,method,seed,qw,qx,qy,qz,tx,ty,tz,focal1_px,focal2_px,matches,inliers,noise_"
       "px,"
-      "ms_matching,ms_estimate,m11,m12,m13,m21,m22,m23,m31,m32,m33,translation,focal1_source,focal2_source,other_qw,"
+      "ms_matching,ms_estimate,m11,m12,m13,m21,m22,m23,m31,m32,m33,degeneracy,focal1_source,focal2_source,other_qw,"
       "other_qx,"
       "other_qy,other_qz,other_tx,other_ty,other_tz,camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,"
       "focal2_high_px,focal1_observable,focal2_observable\n";
@@ -348,11 +349,11 @@ std::string PosesCsv(const std::vector<EstimatedPair>& pairs, const std::map<std
             std::string(ToString(record.status)) + "," + (record.MayBeChance() ? "1" : "0") + "," + CsvText(method) +
             "," + std::to_string(seed) + PoseColumns(record.pose) + FocalColumns(record, pair.example.problem) + "," +
             std::to_string(record.points) + "," + std::to_string(record.inlier_rows.size()) + "," +
-            NumberText(record.noise_scale) + "," + Milliseconds(pair.ms_matching) + "," +
-            Milliseconds(pair.estimate.report.ms_total);
+            NumberText(record.sigma) + "," + Milliseconds(pair.ms_matching) + "," +
+            Milliseconds(pair.estimate.stats.ms_total);
     const bool has_matrix = record.model.size() > 0 && IsTwoView(example.problem.task);
     for (Eigen::Index i = 0; i < 9; ++i) text += "," + (has_matrix ? NumberText(record.model[i]) : "");
-    text += "," + ToString(record.translation) + SourceColumns(pair) + PoseColumns(record.other_pose) +
+    text += "," + ToString(record.degeneracy) + SourceColumns(pair) + PoseColumns(record.ambiguous_pose) +
             CameraColumns(pair) + IntervalColumns(record.focal) + ObservableColumns(record.focal) + "\n";
   }
   return text;

@@ -10,9 +10,9 @@
 
 #include "diffsac/core/status.h"
 #include "lab/files/files.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/detection.h"
 #include "lab/images/image_source.h"
-#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 

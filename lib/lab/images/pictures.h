@@ -7,7 +7,7 @@
 
 #include "diffsac/diffsac.h"
 #include "lab/files/segment_files.h"
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 

@@ -15,10 +15,10 @@
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
 #include "lab/files/thumbnails.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/feature_store.h"
 #include "lab/images/match_pair.h"
 #include "lab/images/thumbnail.h"
-#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

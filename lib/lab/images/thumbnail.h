@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "lab/ground_truth/example.h"
 #include "lab/images/image_source.h"
-#include "lab/truth/example.h"
 
 namespace diffsac {
 

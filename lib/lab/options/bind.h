@@ -17,14 +17,14 @@ struct NoiseScheduleOptions;
 struct PointFeaturesOptions;
 struct ReverseSamplerOptions;
 struct SetScorerOptions;
-struct StructureSearchOptions;
+struct InstanceSearchOptions;
 
 // Keys, limits and documentation of the library's structs, which know no configuration.
 
 // bind_consensus.cpp
 void BindOptions(OptionsBinder& b, ConsensusOptions& options);
 void BindOptions(OptionsBinder& b, MinimalSamplerOptions& options);
-void BindOptions(OptionsBinder& b, StructureSearchOptions& options);
+void BindOptions(OptionsBinder& b, InstanceSearchOptions& options);
 
 // bind_network.cpp
 void BindOptions(OptionsBinder& b, PointFeaturesOptions& options);

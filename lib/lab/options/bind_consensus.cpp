@@ -1,6 +1,6 @@
-#include "diffsac/consensus/option_names.h"
-#include "diffsac/consensus/samplers/make_minimal_sampler.h"
-#include "diffsac/consensus/structures/structures.h"
+#include "diffsac/ransac/instances/instances.h"
+#include "diffsac/ransac/option_names.h"
+#include "diffsac/ransac/samplers/make_minimal_sampler.h"
 #include "lab/options/options.h"
 
 namespace diffsac {
@@ -22,8 +22,8 @@ void BindStopping(OptionsBinder& b, ConsensusOptions& o) {
 void BindScales(OptionsBinder& b, ConsensusOptions& o) {
   b.Field("threshold", o.threshold)
       .Help("what an inlier is: ε as given, or what suits a model's own residuals, with ε the greatest");
-  const bool scales = o.Uses(ScoreKind::kMarginalised) || o.final_refinement == FinalRefinement::kMarginalised ||
-                      o.threshold == ThresholdKind::kAdaptive;
+  const bool scales = o.Uses(ScoreKind::kSigmaMarginalisedMsac) ||
+                      o.final_refinement == FinalRefinement::kMarginalised || o.threshold == ThresholdKind::kAdaptive;
   b.Field("least_scale", o.least_scale, AtLeast(0.0))
       .OnlyIf(scales, "a score or refinement over scales, or threshold: adaptive")
       .Help("the smallest threshold that these reckon with, in the data's unit; 0: an eighth of the greatest");
@@ -35,7 +35,7 @@ void BindScales(OptionsBinder& b, ConsensusOptions& o) {
       .Help(
           "points count with their probability of being inliers (a network's, or by the ratio) to this power; 0: "
           "alike");
-  b.Field("turn_weight", o.turn_weight, Within(0.0, 1.0))
+  b.Field("keypoint_orientation_weight", o.keypoint_orientation_weight, Within(0.0, 1.0))
       .Help(
           "epipolar models: a match whose keypoint does not turn as its epipolar lines do counts with this; 1: alike");
   b.Field("camera_prior", o.camera_prior, AtLeast(0.0))
@@ -59,14 +59,14 @@ void BindRefits(OptionsBinder& b, ConsensusOptions& o) {
   b.Field("refit_candidates", o.refit_candidates, Within(1, 1e4))
       .Help("how many of the best distinct hypotheses are refitted; the final score chooses");
   const bool optimised = o.local_optimization != LocalOptimization::kNone;
-  b.Field("basins", o.basins, Within(0, 1e4))
+  b.Field("lo_starts", o.lo_starts, Within(0, 1e4))
       .OnlyIf(optimised, "a local_optimization")
       .Help("so many of the best draws that differ are optimised locally after the search, unless it ended confident");
-  b.Field("polish", o.polish, Within(0, 1e4))
+  b.Field("lo_restarts", o.lo_restarts, Within(0, 1e4))
       .OnlyIf(optimised, "a local_optimization")
       .Help(
           "there as well: the chosen model is optimised locally so many times more, from other samples of its inliers");
-  b.Field("refine_finalists", o.refine_finalists, Within(0, 1e4))
+  b.Field("num_finalists", o.num_finalists, Within(0, 1e4))
       .OnlyIf(o.final_refinement != FinalRefinement::kNone, "final_refinement: lm or lm_marginalised")
       .Help("all candidates are refitted once and refined by a few steps, and so many of them to the end; 0: all");
 }
@@ -76,7 +76,7 @@ void BindRefits(OptionsBinder& b, ConsensusOptions& o) {
 void BindOptions(OptionsBinder& b, ConsensusOptions& o) {
   b.Field("score", o.score).Help("chooses among hypotheses");
   b.Field("final_score", o.final_score)
-      .Help("chooses among refitted candidates; gaussian_uniform then estimates the share of inliers");
+      .Help("chooses among refitted candidates; mlesac then estimates the share of inliers");
   b.Field("local_optimization", o.local_optimization)
       .Help("of each new best minimal model, kept where it scores higher");
   b.Field("refit", o.refit).Help("after the search");
@@ -92,11 +92,10 @@ void BindOptions(OptionsBinder& b, ConsensusOptions& o) {
       .Help("degrees of freedom of a residual for MAGSAC++; 0: the model's own");
   BindScales(b, o);
   b.Field("sigma_factor", o.sigma_factor, Positive())
-      .OnlyIf(o.Uses(ScoreKind::kGaussianUniform) || o.refit == Refit::kMixture,
-              "gaussian_uniform as a score or refit: em")
+      .OnlyIf(o.Uses(ScoreKind::kMlesac) || o.refit == Refit::kMixture, "mlesac as a score or refit: em")
       .Help("σ of inlier noise as a multiple of ε");
   b.Field("inlier_prior", o.inlier_prior, Within(0.001, 0.999))
-      .OnlyIf(o.Uses(ScoreKind::kGaussianUniform), "gaussian_uniform as a score")
+      .OnlyIf(o.Uses(ScoreKind::kMlesac), "mlesac as a score")
       .Help("share of inliers that the score assumes during the search");
   b.Field("local_samples", o.local_samples, AtLeast(0))
       .OnlyIf(graph_cut || o.local_optimization == LocalOptimization::kInnerSamples,
@@ -122,26 +121,27 @@ void BindOptions(OptionsBinder& b, MinimalSamplerOptions& o) {
   b.Field("sampler", o.sampler)
       .Help(
           "what draws minimal sets; prosac needs matching ratios, p_napsac uses them, weighted draws longer segments "
-          "(vanishing_point) more often; edges and edge_ratios, of clouds, draw matches whose lengths agree, or do so "
+          "(vanishing_point) more often; length_consistency and length_ratio_consistency, of clouds, draw matches "
+          "whose lengths agree, or do so "
           "by one scale");
   b.Field("napsac_neighbors", o.napsac_neighbors, Within(1, 1e5))
       .OnlyIf(o.sampler == MinimalSamplerKind::kNapsac, "sampler: napsac")
       .Help("how many nearest points count as neighbours");
 }
 
-void BindOptions(OptionsBinder& b, StructureSearchOptions& o) {
+void BindOptions(OptionsBinder& b, InstanceSearchOptions& o) {
   b.Field("search", o.search)
       .Help(
           "`one` model; several: `sequential`, each search on the points that are left; `at_once`, from one pool of "
-          "hypotheses; `chosen`, of that pool by a network that learned from labels; `energy`, of that pool by an "
+          "hypotheses; `chosen`, of that pool by a network that learned from labels; `pearl`, of that pool by an "
           "energy of all labels, and "
           "of models that are drawn within the structures found");
   const bool several = o.Several();
-  const char* only = "structures.search other than one";
+  const char* only = "instances.search other than one";
   b.Field("most", o.most, Within(1, 1000)).OnlyIf(several, only).Help("structures that are looked for at most");
-  const bool chosen = o.search == StructureSearch::kChosen, energy = o.search == StructureSearch::kEnergy;
-  const char* by_chance = "structures.search other than one, chosen and energy";
-  b.Field("log_false_alarms", o.log_false_alarms)
+  const bool chosen = o.search == InstanceSearch::kChosen, energy = o.search == InstanceSearch::kPearl;
+  const char* by_chance = "instances.search other than one, chosen and pearl";
+  b.Field("log10_nfa", o.log10_nfa)
       .OnlyIf(several && !chosen && !energy, by_chance)
       .Help("a structure is taken while chance gives fewer than 10 to this power of its like");
   b.Field("least_chance", o.least_chance, Within(0.0, 1.0))
@@ -150,11 +150,11 @@ void BindOptions(OptionsBinder& b, StructureSearchOptions& o) {
           "a point anywhere is within ε of a model with this probability at least; what uniform points say where that "
           "is more");
   b.Field("rounds", o.rounds, Within(0, 100))
-      .OnlyIf(several && !chosen, "structures.search other than one and chosen")
+      .OnlyIf(several && !chosen, "instances.search other than one and chosen")
       .Help(
-          "of assigning points to the nearest model and refitting models to their points; of `energy`, of drawing "
+          "of assigning points to the nearest model and refitting models to their points; of `pearl`, of drawing "
           "within structures, adding, merging and removing models");
-  const char* by_energy = "structures.search: energy";
+  const char* by_energy = "instances.search: pearl";
   b.Field("core", o.core, Within(1e-3, 100.0))
       .OnlyIf(energy, by_energy)
       .Help("the cost of a residual rises from this share of ε on, by its logarithm");
@@ -169,7 +169,7 @@ void BindOptions(OptionsBinder& b, StructureSearchOptions& o) {
       .Help(
           "of what the neighbours of a match say for it, added to its cost as an outlier; points of other data have "
           "none");
-  b.Field("structure_cost", o.structure_cost, Within(0.0, 1e6)).OnlyIf(energy, by_energy).Help("of each model");
+  b.Field("instance_cost", o.instance_cost, Within(0.0, 1e6)).OnlyIf(energy, by_energy).Help("of each model");
   b.Field("spatial_weight", o.spatial_weight, Within(0.0, 100.0))
       .OnlyIf(energy, by_energy)
       .Help("cost of two neighbours that have different models");
@@ -177,10 +177,10 @@ void BindOptions(OptionsBinder& b, StructureSearchOptions& o) {
       .OnlyIf(energy, by_energy)
       .Help("nearest points, in all coordinates, that are a point's neighbours");
   b.Field("chooser", o.chooser)
-      .OnlyIf(chosen, "structures.search: chosen")
+      .OnlyIf(chosen, "instances.search: chosen")
       .Help("the file of a network that was trained with `method: structure_chooser`");
   b.Field("least_value", o.least_value, Within(0.0, 1.0))
-      .OnlyIf(chosen, "structures.search: chosen")
+      .OnlyIf(chosen, "instances.search: chosen")
       .Help("a structure is taken while the chooser expects it to be worth so much; 0: as many as `most`");
   b.Require(!chosen || !o.chooser.empty() || o.chosen_by != nullptr, "chooser", "a file");
 }

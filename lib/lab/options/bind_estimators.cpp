@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "diffsac/core/nearest_word.h"
-#include "diffsac/estimators/classical.h"
-#include "diffsac/estimators/diffsac_options.h"
+#include "diffsac/estimate/classical.h"
+#include "diffsac/estimate/diffsac_options.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/options/options.h"
 
@@ -34,7 +34,7 @@ void BindOptions(OptionsBinder& b, ClassicalOptions& o) {
   b.Field("sampling", o.sampling).Help("what draws minimal sets");
   o.consensus.max_iterations = o.max_iterations;
   b.Field("consensus", o.consensus).Help("score, local optimisation, stopping and refits");
-  b.Field("structures", o.structures).Help("whether several models are looked for, and how");
+  b.Field("instances", o.instances).Help("whether several models are looked for, and how");
   b.Field("search_again", o.search_again).Help("whether a first search that leaves doubts is followed by a second one");
   b.Field("photographs", o.photographs)
       .Help(
@@ -50,11 +50,11 @@ void BindOptions(OptionsBinder& b, ClassicalOptions& o) {
 void BindShared(OptionsBinder& b, LearnedOptions& o) {
   b.Field("feature_hypotheses", o.feature_hypotheses)
       .Help("score the hypotheses that the features were made from as well (they are paid for and counted)");
-  b.Field("preference_draws", o.preference_draws, Within(0, 1e5))
-      .Help("minimal sets that the preference features are drawn from, all counted in the budget; 0: as in training");
+  b.Field("residual_draws", o.residual_draws, Within(0, 1e5))
+      .Help("minimal sets that the residual features are drawn from, all counted in the budget; 0: as in training");
   b.Field("batch", o.batch, Within(1, 4096)).Help("problems a network call");
   b.Field("consensus", o.consensus).Help("score, local optimisation, stopping and refits");
-  b.Field("structures", o.structures).Help("whether several models are looked for, and how");
+  b.Field("instances", o.instances).Help("whether several models are looked for, and how");
   b.Field("search_again", o.search_again).Help("whether a first search that leaves doubts is followed by a second one");
   b.Field("photographs", o.photographs)
       .Help(
@@ -68,10 +68,10 @@ void BindShared(OptionsBinder& b, LearnedOptions& o) {
 }
 
 void BindOptions(OptionsBinder& b, DiffsacOptions& o) {
-  b.Field("copies", o.copies, Within(0, 10000))
+  b.Field("num_diffusion_samples", o.num_diffusion_samples, Within(0, 10000))
       .Help("κ: noise vectors of the reverse process, and minimal sets, for each problem; 0: the inlier head alone");
-  const bool diffusion = o.copies > 0;
-  const char* by_diffusion = "copies above 0";
+  const bool diffusion = o.num_diffusion_samples > 0;
+  const char* by_diffusion = "num_diffusion_samples above 0";
   b.Field("sampler", o.sampler)
       .OnlyIf(diffusion, by_diffusion)
       .Help("which reverse process, and how many network steps");
@@ -80,30 +80,32 @@ void BindOptions(OptionsBinder& b, DiffsacOptions& o) {
       .Help(
           "maximum: top-γ; probabilistic: γ drawn by softmax(confidence / temperature); gumbel: γ drawn in proportion "
           "to p^(1/temperature), p = (1 + confidence) / 2, as the inlier head's sets always are");
-  b.Field("head_sets", o.head_sets, Within(0, 10000))
-      .Help("so many sets from the inlier head, after those of the copies; at least 1 where copies is 0");
-  b.Require(diffusion || o.head_sets > 0, "copies", "at least 1, or head_sets above 0");
+  b.Field("num_guided_samples", o.num_guided_samples, Within(0, 10000))
+      .Help(
+          "so many sets from the inlier head, after those of the copies; at least 1 where num_diffusion_samples is 0");
+  b.Require(diffusion || o.num_guided_samples > 0, "num_diffusion_samples",
+            "at least 1, or num_guided_samples above 0");
   b.Field("draws_by", o.draws_by)
-      .OnlyIf(o.head_sets > 0, "head_sets above 0")
+      .OnlyIf(o.num_guided_samples > 0, "num_guided_samples above 0")
       .Help(
           "by whose probabilities the inlier head's sets are drawn; both, their geometric mean, also orders PROSAC's");
-  const bool drawn = o.selection != SetSelection::kMaximum || o.head_sets > 0;
+  const bool drawn = o.selection != SetSelection::kMaximum || o.num_guided_samples > 0;
   b.Field("temperature", o.temperature, Positive())
       .OnlyIf(drawn, "selection: probabilistic or gumbel, or sets from the inlier head")
       .Help(
           "of drawn sets; [first, last]: the copies go from one to the other in equal ratios, the inlier head's sets "
           "through ten such temperatures again and again");
-  b.Field("extra_sets", o.extra_sets, Within(0, 1000000))
+  b.Field("num_uniform_samples", o.num_uniform_samples, Within(0, 1000000))
       .Help("so many sets more from another sampler, after the others");
   b.Field("extra_sampler", o.extra_sampler, {MinimalSamplerKind::kUniform, MinimalSamplerKind::kProsac})
-      .OnlyIf(o.extra_sets > 0, "extra_sets above 0")
+      .OnlyIf(o.num_uniform_samples > 0, "num_uniform_samples above 0")
       .Help("prosac samples uniformly on data without matching ratios");
   b.Field("unique_sets", o.unique_sets)
       .OnlyIf(diffusion || !o.unique_sets, by_diffusion)
       .Help("no minimal set of the copies is solved twice");
   const bool may_lack = diffusion && o.unique_sets && o.selection == SetSelection::kMaximum;
   b.Field("intermediate_sets", o.intermediate_sets)
-      .OnlyIf(may_lack || !o.intermediate_sets, "copies above 0, selection: maximum and unique_sets")
+      .OnlyIf(may_lack || !o.intermediate_sets, "num_diffusion_samples above 0, selection: maximum and unique_sets")
       .Help("where the copies have no new set, or go on, predictions of earlier reverse steps follow, latest first");
   b.Field("learned_refit", o.weighted_fit)
       .Help("add one weighted least-squares hypothesis with the network's inlier probabilities as weights");

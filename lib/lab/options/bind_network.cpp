@@ -1,6 +1,6 @@
-#include "diffsac/network/diffusion/reverse_sampler.h"
-#include "diffsac/network/engine/network_options.h"
-#include "diffsac/network/engine/set_scorer.h"
+#include "diffsac/guidance/diffusion/reverse_sampler.h"
+#include "diffsac/guidance/engine/network_options.h"
+#include "diffsac/guidance/engine/set_scorer.h"
 #include "lab/options/options.h"
 
 namespace diffsac {
@@ -10,9 +10,9 @@ void BindOptions(OptionsBinder& b, PointFeaturesOptions& o) {
       .Help(
           "their columns stand side by side in this order, those of the coordinates once; ratios, neighborhoods, "
           "descriptors and similarities are for two views");
-  const bool descriptors = o.Has(PointFeature::kDescriptors), preference = o.Has(PointFeature::kPreference);
+  const bool descriptors = o.Has(PointFeature::kDescriptors), residual = o.Has(PointFeature::kResidual);
   b.Field("use_calibration", o.use_calibration)
-      .OnlyIf(o.kinds != std::vector{PointFeature::kPreference}, "other kinds than [preference]")
+      .OnlyIf(o.kinds != std::vector{PointFeature::kResidual}, "other kinds than [residual]")
       .Help("two views: coordinates of the calibrated camera where it is known; else by the images' sizes");
   b.Field("descriptor_size", o.descriptor_size, Within(1, 4096))
       .OnlyIf(descriptors, "kinds: [coordinates_descriptors]")
@@ -20,23 +20,23 @@ void BindOptions(OptionsBinder& b, PointFeaturesOptions& o) {
   b.Field("descriptors_required", o.descriptors_required)
       .OnlyIf(descriptors, "kinds: [coordinates_descriptors]")
       .Help("a problem without descriptors is an error; else its columns are 0");
-  b.Field("preference_draws", o.preference_draws, Within(1, 1e5))
-      .OnlyIf(preference, "kinds: [preference]")
+  b.Field("residual_draws", o.residual_draws, Within(1, 1e5))
+      .OnlyIf(residual, "kinds: [residual]")
       .Help("minimal sets that are drawn");
-  b.Field("preference_kept", o.preference_kept, Within(1, 4096))
-      .OnlyIf(preference, "kinds: [preference]")
+  b.Field("residual_kept", o.residual_kept, Within(1, 4096))
+      .OnlyIf(residual, "kinds: [residual]")
       .Help("how many of the best-scored are kept as columns");
-  b.Field("preference_from", o.preference_from)
-      .OnlyIf(preference, "kinds: [preference]")
+  b.Field("residual_from", o.residual_from)
+      .OnlyIf(residual, "kinds: [residual]")
       .Help("`uniform`: random sets; `napsac`: a point and its neighbours, for structures that lie apart");
-  b.Field("preference_choice", o.preference_choice)
-      .OnlyIf(preference, "kinds: [preference]")
+  b.Field("residual_choice", o.residual_choice)
+      .OnlyIf(residual, "kinds: [residual]")
       .Help(
           "`best`: those of highest score; `spread`: each adds most to what the earlier ones explain, so that no "
           "structure takes all columns");
   b.Require(!o.kinds.empty(), "kinds",
             "at least one of coordinates, coordinates_ratio, neighborhood, coordinates_descriptors, similarity, "
-            "preference");
+            "residual");
 }
 
 void BindOptions(OptionsBinder& b, NoiseScheduleOptions& o) {
@@ -91,7 +91,7 @@ void BindOptions(OptionsBinder& b, DenoiserOptions& o) {
   b.Field("relation", o.relation)
       .Help(
           "each point also sees how much it agrees with the points that are confident now, for several structures; "
-          "needs features.kinds: [preference]");
+          "needs features.kinds: [residual]");
   b.Require(o.width % 2 == 0, "width", "an even number");
   b.Require(!transformer || o.width % o.heads == 0, "heads", "a divisor of width");
   b.Require(!o.inlier_head || o.encoder_layers > 0, "inlier_head",

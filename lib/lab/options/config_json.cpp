@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/learned_model.h"
-#include "diffsac/network/engine/checkpoint_info.h"
+#include "diffsac/estimate/learned_model.h"
+#include "diffsac/guidance/engine/checkpoint_info.h"
 #include "lab/options/config_tree.h"
 
 namespace diffsac {

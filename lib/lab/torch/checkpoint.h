@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "diffsac/network/engine/checkpoint_info.h"
+#include "diffsac/guidance/engine/checkpoint_info.h"
 #include "lab/torch/exponential_moving_average.h"
 
 namespace diffsac {

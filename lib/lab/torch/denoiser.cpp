@@ -11,8 +11,8 @@ namespace diffsac {
 
 std::shared_ptr<Denoiser> MakeDenoiser(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng) {
   CheckOptions(options);
-  if (options.relation && columns.first_preference < 0)
-    throw Error("network.denoiser.relation: needs network.features.kinds with preference");
+  if (options.relation && columns.first_residual < 0)
+    throw Error("network.denoiser.relation: needs network.features.kinds with residual");
   if (options.kind == DenoiserKind::kPointTransformer) return std::make_shared<PointTransformer>(options, columns, rng);
   return std::make_shared<BlockDenoiser>(options, columns, rng);
 }

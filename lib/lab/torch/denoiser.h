@@ -7,7 +7,7 @@
 #include <string>
 
 #include "diffsac/core/random.h"
-#include "diffsac/network/engine/network_options.h"
+#include "diffsac/guidance/engine/network_options.h"
 #include "lab/torch/point_batch.h"
 
 namespace diffsac {

@@ -57,7 +57,7 @@ DenoiserBase::Blocks DenoiserBase::AddBlocks(const std::string& name, int count,
 Context DenoiserBase::Encode(const PointBatch& batch) {
   Context context;
   context.mask = batch.mask;
-  if (options_.relation) context.agreements = PointRelation::Agreements(batch.features, columns_.first_preference);
+  if (options_.relation) context.agreements = PointRelation::Agreements(batch.features, columns_.first_residual);
   auto h = Normed(ln_encoder_pre_, input_points_(batch.features));
   for (auto& block : encoder_) h = block->Forward(h, batch.mask);
   context.points = Normed(ln_encoder_post_, h);

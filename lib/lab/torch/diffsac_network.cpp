@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "diffsac/estimators/diffsac_model.h"
+#include "diffsac/estimate/diffsac_model.h"
 #include "lab/torch/losses.h"
 #include "lab/torch/tensor_sampler.h"
 
@@ -13,7 +13,7 @@ namespace diffsac {
 
 DiffsacNetwork::DiffsacNetwork(Task task_value, const NetworkOptions& network_options, Rng rng)
     : LearnedNetwork(task_value, network_options) {
-  module = MakeDenoiser(network_options.denoiser, {features.width(), features.first_preference()}, rng);
+  module = MakeDenoiser(network_options.denoiser, {features.width(), features.first_residual()}, rng);
 }
 
 torch::Tensor DiffsacNetwork::Confidence(const torch::Tensor& output) const {
@@ -85,7 +85,7 @@ class Denoising {
   torch::Tensor Direct(DecodedSteps* result) {
     const double last = network_.options.schedule.steps - 1;
     const auto nothing = torch::zeros({batch_.size(), 1, context_.points.size(1)}, context_.points.options());
-    const auto prediction = Call(nothing, last).expand({-1, options_.copies, -1}).contiguous();
+    const auto prediction = Call(nothing, last).expand({-1, options_.num_diffusion_samples, -1}).contiguous();
     Keep(last, prediction, result);
     return prediction;
   }
@@ -107,10 +107,13 @@ class Denoising {
     result->times.push_back(t);
   }
 
-  torch::Tensor Places(const torch::Tensor& kept) const { return kept.unsqueeze(1).expand({-1, options_.copies, -1}); }
+  torch::Tensor Places(const torch::Tensor& kept) const {
+    return kept.unsqueeze(1).expand({-1, options_.num_diffusion_samples, -1});
+  }
 
   torch::Tensor Noise(const char* name, int step) const {
-    const auto full = DrawNoise(seeds_, batch_.lengths, options_.copies, batch_.max_points(), name, step);
+    const auto full =
+        DrawNoise(seeds_, batch_.lengths, options_.num_diffusion_samples, batch_.max_points(), name, step);
     return kept_.defined() ? full.to(network_.device).gather(2, Places(kept_)) : full.to(network_.device);
   }
 
@@ -118,7 +121,7 @@ class Denoising {
     const auto values = decoded.to(torch::kCPU).to(torch::kFloat);
     if (!kept_.defined()) return values.contiguous();
     const auto lowest = -std::numeric_limits<float>::infinity();
-    return torch::full({batch_.size(), options_.copies, batch_.max_points()}, lowest)
+    return torch::full({batch_.size(), options_.num_diffusion_samples, batch_.max_points()}, lowest)
         .scatter(2, Places(kept_.to(torch::kCPU)), values)
         .contiguous();
   }
@@ -154,7 +157,7 @@ std::vector<Denoised> DiffsacNetwork::Run(const DenoisingOptions& denoising, std
     for (std::size_t b = 0; b < results.size(); ++b)
       results[b].weights = RowsOf(weights, static_cast<std::int64_t>(b), batch.lengths[b]);
   }
-  if (denoising.copies == 0) return results;
+  if (denoising.num_diffusion_samples == 0) return results;
   const auto sampler = MakeReverseSampler(denoising.sampler, schedule);
   const auto decoded = Denoising(*this, denoising, batch, seeds, std::move(context)).Run(*sampler);
   for (std::size_t b = 0; b < results.size(); ++b) {

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/estimators/diffsac_model.h"
+#include "diffsac/estimate/diffsac_model.h"
 #include "lab/torch/denoiser.h"
 #include "lab/torch/learned_network.h"
 #include "lab/torch/losses.h"

@@ -2,7 +2,7 @@
 
 #include <torch/types.h>
 
-#include "diffsac/network/diffusion/noise_schedule.h"
+#include "diffsac/guidance/diffusion/noise_schedule.h"
 
 namespace diffsac {
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/estimators/learned_model.h"
+#include "diffsac/estimate/learned_model.h"
 
 namespace diffsac {
 

@@ -2,7 +2,7 @@
 
 #include <torch/types.h>
 
-#include "diffsac/network/diffusion/prediction.h"
+#include "diffsac/guidance/diffusion/prediction.h"
 
 namespace diffsac {
 

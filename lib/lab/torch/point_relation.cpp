@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "diffsac/problem/preference_features.h"
+#include "diffsac/problem/residual_features.h"
 
 namespace diffsac {
 namespace {

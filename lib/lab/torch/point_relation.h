@@ -21,7 +21,7 @@ class PointRelation : public torch::nn::Module {
   static constexpr int kOutputs = 2;
   PointRelation();
 
-  /// features [B, N, D] with preference features from column `first` on → g [B, N, M]; 0 for points that agree with no
+  /// features [B, N, D] with residual features from column `first` on → g [B, N, M]; 0 for points that agree with no
   /// hypothesis, and for padding.
   static torch::Tensor Agreements(const torch::Tensor& features, int first);
   /// agreements: of Agreements; mask: [B, N] or undefined; c_t: [B, κ, N]. kOutputs tensors [B, κ, N], in [0, 1].

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "diffsac/network/engine/kernels.h"
+#include "diffsac/guidance/engine/kernels.h"
 
 namespace diffsac {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "diffsac/estimators/learned_estimator.h"
+#include "diffsac/estimate/learned_estimator.h"
 #include "lab/torch/point_batch.h"
 
 namespace diffsac {

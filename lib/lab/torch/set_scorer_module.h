@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "diffsac/core/random.h"
-#include "diffsac/network/engine/set_scorer.h"
+#include "diffsac/guidance/engine/set_scorer.h"
 
 namespace diffsac {
 

@@ -2,7 +2,7 @@
 
 #include <torch/torch.h>
 
-#include "diffsac/network/diffusion/reverse_sampler_impl.h"
+#include "diffsac/guidance/diffusion/reverse_sampler_impl.h"
 
 namespace diffsac {
 

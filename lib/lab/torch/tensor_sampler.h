@@ -4,8 +4,8 @@
 
 #include <memory>
 
-#include "diffsac/network/diffusion/dpm_solver.h"
-#include "diffsac/network/diffusion/reverse_sampler.h"
+#include "diffsac/guidance/diffusion/dpm_solver.h"
+#include "diffsac/guidance/diffusion/reverse_sampler.h"
 
 namespace diffsac {
 

@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/estimators/learned_estimator.h"
-#include "diffsac/network/engine/checkpoint_info.h"
+#include "diffsac/estimate/learned_estimator.h"
+#include "diffsac/guidance/engine/checkpoint_info.h"
 #include "lab/config/make_estimator.h"
 #include "lab/options/config_json.h"
 #include "lab/options/options.h"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/consensus/samplers/weighted_sampler.h"
+#include "diffsac/ransac/samplers/weighted_sampler.h"
 #include "lab/config/row_keys.h"
 #include "lab/torch/prediction_tensors.h"
 
@@ -55,7 +55,7 @@ WeightedEstimator::WeightedEstimator(std::shared_ptr<const LearnedWeights> weigh
   CheckOptions(options);
 }
 
-void WeightedEstimator::Infer(std::span<const SolverSpace>, std::span<const std::uint64_t>,
+void WeightedEstimator::Infer(std::span<const NormalizedProblem>, std::span<const std::uint64_t>,
                               std::span<Prediction> predictions) const {
   const c10::InferenceMode inference;
   BeginCall(*weights_);

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "diffsac/estimators/learned_estimator.h"
+#include "diffsac/estimate/learned_estimator.h"
 #include "lab/options/options.h"
 #include "lab/torch/weight_network.h"
 
@@ -35,7 +35,7 @@ class WeightedEstimator : public LearnedEstimator {
                     int threads);
 
  protected:
-  void Infer(std::span<const SolverSpace> spaces, std::span<const std::uint64_t> seeds,
+  void Infer(std::span<const NormalizedProblem> spaces, std::span<const std::uint64_t> seeds,
              std::span<Prediction> predictions) const override;
   std::unique_ptr<MinimalSampler> MakeSampler(const Guidance& guide) const override;
 

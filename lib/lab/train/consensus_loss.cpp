@@ -6,7 +6,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/truth/task_truth.h"
+#include "lab/ground_truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -55,7 +55,7 @@ torch::Tensor BalancedCrossEntropy(const torch::Tensor& logits, const torch::Ten
 LinearFit MakeLinearFit(const Example& example) {
   const auto equations_of = TruthOf(example.problem.task).equations;
   if (equations_of == nullptr) throw Error("clnet: the task " + ToString(example.problem.task) + " has no linear fit");
-  const LinearEquations equations = equations_of(SolverSpace(example.problem), example.truth);
+  const LinearEquations equations = equations_of(NormalizedProblem(example.problem), example.truth);
   LinearFit fit{ToTensor(equations.rows), equations.rows_per_point, equations.about_mean, {}};
   if (equations.truth.size() > 0) fit.truth = UnitVector(equations.truth);
   return fit;

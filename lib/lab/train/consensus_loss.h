@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 
@@ -19,7 +19,8 @@ torch::Tensor AdaptiveTemperature(const torch::Tensor& distances, const torch::T
 torch::Tensor BalancedCrossEntropy(const torch::Tensor& logits, const torch::Tensor& inliers,
                                    const torch::Tensor& temperature, const torch::Tensor& mask);
 
-/// A weighted linear fit that gradients pass through, in double precision: the LinearEquations of the task (lab/truth).
+/// A weighted linear fit that gradients pass through, in double precision: the LinearEquations of the task
+/// (lab/ground_truth).
 struct LinearFit {
   torch::Tensor rows;
   std::int64_t rows_per_point = 1;

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/estimate/diffsac_estimator.h"
 #include "lab/options/options.h"
 #include "lab/torch/diffsac_network.h"
 #include "lab/torch/forward_process.h"

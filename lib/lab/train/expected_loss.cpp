@@ -8,7 +8,7 @@
 #include <numeric>
 #include <utility>
 
-#include "diffsac/problem/solver_space.h"
+#include "diffsac/problem/normalized_problem.h"
 #include "diffsac/problem/tasks.h"
 
 namespace diffsac {
@@ -20,8 +20,8 @@ constexpr double kLeastRemainder = 1e-6;
 template <MinimalModel Model>
 std::vector<double> DistancesOf(const Example& example) {
   using Parameters = typename Model::Parameters;
-  const SolverSpace space(example.problem);
-  std::vector<ModelParameters> models = example.truth.structures;
+  const NormalizedProblem space(example.problem);
+  std::vector<ModelParameters> models = example.truth.instances;
   if (models.empty()) models.push_back(example.truth.model);
   std::vector<double> distances;
   for (const ModelParameters& parameters : models) {

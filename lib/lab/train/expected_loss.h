@@ -7,7 +7,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/problem/problem.h"
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 

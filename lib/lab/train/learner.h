@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "diffsac/core/registry.h"
-#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/estimate/robust_estimator.h"
 #include "diffsac/problem/point_features.h"
 #include "lab/train/train_options.h"
 #include "lab/train/training_source.h"

@@ -5,15 +5,15 @@
 #include <cstring>
 
 #include "diffsac/core/parallel.h"
-#include "diffsac/estimators/task_dispatch.h"
+#include "diffsac/estimate/task_dispatch.h"
 #include "lab/eval/metrics.h"
+#include "lab/ground_truth/labels.h"
 #include "lab/options/options.h"
 #include "lab/torch/ng_ransac.h"
 #include "lab/train/batch_tensors.h"
 #include "lab/train/expected_loss.h"
 #include "lab/train/metrics_log.h"
 #include "lab/train/weight_learner.h"
-#include "lab/truth/labels.h"
 
 namespace diffsac {
 
@@ -63,7 +63,7 @@ template <MinimalModel Model>
 Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOptions& options, const Rng& rng) {
   for (auto set = sets.begin(); set != sets.end(); set += Model::kMinimalSize)
     std::sort(set, set + Model::kMinimalSize);
-  const SolverSpace space(problem);
+  const NormalizedProblem space(problem);
   PrecomputedSampler source(sets);
   return EstimateOf(space, SampleConsensus<Model>(space.points(), space.threshold(), source, options, rng));
 }
@@ -99,8 +99,8 @@ double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, 
   const Tolerance tolerance = options_.validation.ToleranceOf(task_);
   double error = MainError(MeasureError(estimate, example), tolerance);
   // Of several structures that which the hypothesis is of: any is right.
-  for (std::size_t k = 0; k < example.truth.structures.size(); ++k) {
-    const double of_one = MainError(MeasureError(estimate, OfStructure(example, k)), tolerance);
+  for (std::size_t k = 0; k < example.truth.instances.size(); ++k) {
+    const double of_one = MainError(MeasureError(estimate, OfInstance(example, k)), tolerance);
     error = k == 0 ? of_one : std::min(error, of_one);
   }
   return std::isnan(error) ? 1.0 : std::min(1.0, error / (kLossCap * tolerance.value));

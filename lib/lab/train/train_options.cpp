@@ -7,9 +7,9 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/paths.h"
 #include "lab/config/yaml.h"
+#include "lab/ground_truth/task_truth.h"
 #include "lab/train/learner.h"
 #include "lab/train/validation.h"
-#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -93,8 +93,8 @@ void TrainConfig::Bind(OptionsBinder& b) {
   b.GroupWith(
        "validation", [this](OptionsBinder& inner) { validation.Bind(inner, task); }, typeid(ValidationOptions))
       .Help("how the best checkpoint is told");
-  b.Reject(train.two_view.augment && learner->features().Has(PointFeature::kPreference), "train.two_view.augment",
-           "not for network.features.kinds preference, whose hypotheses are those of the images as they are");
+  b.Reject(train.two_view.augment && learner->features().Has(PointFeature::kResidual), "train.two_view.augment",
+           "not for network.features.kinds residual, whose hypotheses are those of the images as they are");
 }
 
 TrainConfig ReadTrainConfig(const Config& given) {

@@ -9,9 +9,9 @@
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/problem.h"
 #include "lab/eval/metrics.h"
+#include "lab/ground_truth/labels.h"
 #include "lab/options/options.h"
 #include "lab/train/training_source.h"
-#include "lab/truth/labels.h"
 
 namespace diffsac {
 

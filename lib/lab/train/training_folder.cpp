@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "diffsac/core/status.h"
-#include "diffsac/network/engine/checkpoint_info.h"
+#include "diffsac/guidance/engine/checkpoint_info.h"
 #include "lab/config/changed_keys.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"

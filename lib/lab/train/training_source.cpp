@@ -125,7 +125,7 @@ TrainingItem TrainingSource::Make(std::uint64_t index) const {
   TrainingItem item;
   item.index = index;
   // Features are those of all matches, as at inference; only then is the subset taken.
-  const SolverSpace space(drawn.example.problem);
+  const NormalizedProblem space(drawn.example.problem);
   item.features = features_.Compute(space, rng.Fork("features"));
   const std::vector<int> rows = ShownRows(two_view_, space, features_, item.features, chosen, rng.Fork("subset"));
   item.features.values = decltype(item.features.values)(item.features.values(rows, Eigen::all));

@@ -8,9 +8,9 @@
 
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/problem.h"
+#include "lab/ground_truth/labels.h"
 #include "lab/options/options.h"
 #include "lab/train/two_view_transform.h"
-#include "lab/truth/labels.h"
 
 namespace diffsac {
 

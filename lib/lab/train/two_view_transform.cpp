@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "diffsac/estimators/point_prior.h"
+#include "diffsac/estimate/point_prior.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/repeated_structures.h"
 
@@ -28,9 +28,9 @@ std::vector<int> AllRows(Eigen::Index count) {
 std::vector<int> PointsWithin(const Problem& problem, double max_ratio, int fewest) {
   const int count = static_cast<int>(problem.points.rows());
   std::vector<int> kept;
-  if (problem.match_ratio.size() == count)
+  if (problem.snn_ratio.size() == count)
     for (int i = 0; i < count; ++i)
-      if (problem.match_ratio[i] <= max_ratio) kept.push_back(i);
+      if (problem.snn_ratio[i] <= max_ratio) kept.push_back(i);
   return static_cast<int>(kept.size()) < fewest ? AllRows(count) : kept;
 }
 
@@ -157,8 +157,9 @@ LabelledExample Restricted(const TwoViewTrainingOptions& options, LabelledExampl
   return drawn;
 }
 
-std::vector<int> ShownRows(const TwoViewTrainingOptions& options, const SolverSpace& space, const PointFeatures& kinds,
-                           const FeatureSet& features, const MinimalSets& sets, const Rng& rng) {
+std::vector<int> ShownRows(const TwoViewTrainingOptions& options, const NormalizedProblem& space,
+                           const PointFeatures& kinds, const FeatureSet& features, const MinimalSets& sets,
+                           const Rng& rng) {
   const Problem& problem = space.problem();
   const std::vector<int> all = AllRows(problem.points.rows());
   if (!IsTwoView(problem.task) || options.max_points == 0 || static_cast<int>(all.size()) <= options.max_points)

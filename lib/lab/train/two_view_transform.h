@@ -6,8 +6,8 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/problem/point_features.h"
+#include "lab/ground_truth/example.h"
 #include "lab/options/options.h"
-#include "lab/truth/example.h"
 
 namespace diffsac {
 
@@ -48,8 +48,9 @@ LabelledExample Restricted(const TwoViewTrainingOptions& options, LabelledExampl
                            const std::function<MinimalSets(const Example&)>& search, const Rng& rng);
 
 /// The rows that the network is shown, ascending: all, or max_points of two views.
-std::vector<int> ShownRows(const TwoViewTrainingOptions& options, const SolverSpace& space, const PointFeatures& kinds,
-                           const FeatureSet& features, const MinimalSets& sets, const Rng& rng);
+std::vector<int> ShownRows(const TwoViewTrainingOptions& options, const NormalizedProblem& space,
+                           const PointFeatures& kinds, const FeatureSet& features, const MinimalSets& sets,
+                           const Rng& rng);
 
 /// Mirrors, turns and exchanges the images in the columns of features. Those of the coordinates are the first four,
 /// about the principal point; without them nothing changes. Descriptors are exchanged with the images; that they do not

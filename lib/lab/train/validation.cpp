@@ -50,7 +50,7 @@ void Validation::AddGroup(Task task, const Config& data, const std::string& suff
   auto& group = examples_.emplace_back();
   // Evenly spread over a finite set, so that every scene has its share.
   for (std::int64_t i = 0; i < count; ++i) group.push_back(dataset->Get(size < 0 ? i : i * size / count));
-  const bool several = !group.front().truth.structures.empty();
+  const bool several = !group.front().truth.instances.empty();
   names_.push_back(several ? "recall" + suffix
                            : "mAA@" + Number(tolerance_.value) + (tolerance_.pixels ? "px" : "deg") + suffix);
 }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/estimate/robust_estimator.h"
 #include "lab/eval/metrics.h"
 #include "lab/options/options.h"
 #include "lab/train/train_options.h"

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "diffsac/consensus/sample_consensus.h"
 #include "diffsac/geometry/hyperplane.h"
+#include "diffsac/ransac/sample_consensus.h"
 
 int main() {
   diffsac::PointMatrix points(10, 2);

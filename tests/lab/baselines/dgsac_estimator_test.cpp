@@ -3,13 +3,13 @@
 #include <limits>
 #include <type_traits>
 
-#include "consensus/all_models.h"
-#include "diffsac/estimators/robust_estimator.h"
-#include "diffsac/estimators/task_dispatch.h"
-#include "diffsac/problem/solver_space.h"
+#include "diffsac/estimate/robust_estimator.h"
+#include "diffsac/estimate/task_dispatch.h"
+#include "diffsac/problem/normalized_problem.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
+#include "ransac/all_models.h"
 
 namespace diffsac {
 namespace {
@@ -56,9 +56,9 @@ TEST_CASE("dgsac is a row of every task, with and without the other rows' refits
         int inliers = 0, wrong = 0;
         for (int i = 0; i < 160; ++i) (i < 64 ? wrong : inliers) += estimate.inliers[i];
         good += inliers >= 80 && wrong <= 16 ? 1 : 0;
-        CHECK(estimate.report.hypotheses > 0);
-        CHECK(estimate.report.unique_minimal_sets <= 600);
-        CHECK(estimate.report.ms_total >= 0.0);
+        CHECK(estimate.stats.hypotheses > 0);
+        CHECK(estimate.stats.unique_minimal_sets <= 600);
+        CHECK(estimate.stats.ms_total >= 0.0);
         CHECK(estimate.minimal_sets.size() == 20);
       }
       CAPTURE(ToString(task), finish, good);
@@ -72,7 +72,7 @@ TEST_CASE("dgsac's mask is at the threshold, its model is not") {
     const auto method = Make("{type: dgsac, max_iterations: 200}", task);
     const Estimate estimate = method->Run(problem, 1);
     REQUIRE(estimate.status == Status::kOk);
-    const SolverSpace space(problem);
+    const NormalizedProblem space(problem);
     const auto mask = DispatchTask(task, [&]<MinimalModel Model>() {
       return InlierMask<Model>(space.points(), typename Model::Parameters(estimate.model), space.threshold());
     });
@@ -113,7 +113,7 @@ TEST_CASE("dgsac answers hostile input with a status") {
     CHECK(method->Run(equal, 1).status == Status::kDegenerate);
     Problem invalid = whole;
     invalid.points(3, 1) = std::numeric_limits<double>::quiet_NaN();
-    CHECK(method->Run(invalid, 1).rows_left_out == 1);
+    CHECK(method->Run(invalid, 1).num_nonfinite == 1);
   }
 }
 

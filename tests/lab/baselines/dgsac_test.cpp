@@ -7,10 +7,10 @@
 #include <set>
 #include <vector>
 
-#include "consensus/all_models.h"
-#include "consensus/random_problems.h"
 #include "lab/baselines/density_guide.h"
 #include "lab/baselines/residual_density.h"
+#include "ransac/all_models.h"
+#include "ransac/random_problems.h"
 
 namespace diffsac {
 namespace {
@@ -70,7 +70,7 @@ TEST_CASE("the noise scale is estimated, whatever it is") {
     double sum = 0.0;
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
       const auto problem = MakeRandomProblem<2>(100, 0.5, sigma, Rng(seed));
-      sum += EstimateDgsac<Line>(problem.points, {}, Rng(seed)).noise_scale;
+      sum += EstimateDgsac<Line>(problem.points, {}, Rng(seed)).sigma;
     }
     CAPTURE(sigma, sum / 20);
     CHECK(sum / 20 > 0.7 * sigma);
@@ -85,7 +85,7 @@ TEST_CASE("the estimate does not depend on the unit") {
     const DgsacResult other = EstimateDgsac<Line>(scale * problem.points, {}, Rng(1));
     CHECK(other.sets == one.sets);
     CHECK(other.inliers == one.inliers);
-    CHECK(other.noise_scale == Approx(scale * one.noise_scale));
+    CHECK(other.sigma == Approx(scale * one.sigma));
   }
 }
 
@@ -117,7 +117,7 @@ TEST_CASE("the largest of two structures is chosen by the number of points") {
     const DgsacResult result = EstimateDgsac<Line>(points, options, Rng(seed));
     REQUIRE(result.status == Status::kOk);
     good += AngleBetweenDegrees(result.model, one.truth) < 1.0 ? 1 : 0;
-    two += result.structures >= 2 ? 1 : 0;
+    two += result.instances >= 2 ? 1 : 0;
   }
   CAPTURE(good, two);
   CHECK(good >= 16);
@@ -200,7 +200,7 @@ TEST_CASE("points exactly on a line are found, with a scale of rounding's size")
   const DgsacResult result = EstimateDgsac<Line>(problem.points, {}, Rng(1));
   REQUIRE(result.status == Status::kOk);
   CHECK(AngleBetweenDegrees(result.model, problem.truth) < 1e-6);
-  CHECK(result.noise_scale < 1e-10);
+  CHECK(result.sigma < 1e-10);
 }
 
 Eigen::VectorXd Densities(std::initializer_list<double> values) {
@@ -334,7 +334,7 @@ TEST_CASE("evenly spread residuals have no inliers and are no structure, whateve
     for (int i = 0; i < 200; ++i) residuals[i] = unit * (i + 1);
     const ResidualDensity density = ComputeResidualDensity(residuals, kLineSize);
     CHECK(EstimateInlierExtent(density, kLineSize).count == 0);
-    CHECK(SelectStructures({DescribeHypothesis(density, kLineSize)}, 3.0, 0.15).empty());
+    CHECK(SelectInstances({DescribeHypothesis(density, kLineSize)}, 3.0, 0.15).empty());
   }
 }
 
@@ -426,7 +426,7 @@ TEST_CASE("two structures give two hypotheses, however many stand for each") {
       hypotheses.push_back(lines.Describe(lines.first + shift));
       hypotheses.push_back(lines.Describe(lines.second + shift));
     }
-    const std::vector<int> selected = SelectStructures(hypotheses, 3.0, 0.15);
+    const std::vector<int> selected = SelectInstances(hypotheses, 3.0, 0.15);
     right += selected.size() == 2 && selected[0] % 2 != selected[1] % 2 ? 1 : 0;
   }
   CAPTURE(right);

@@ -42,18 +42,18 @@ TEST_CASE("a recorded row has the model of its file, its inliers by the threshol
   REQUIRE(estimate.status == Status::kOk);
   CHECK(estimate.model == Eigen::Vector3d(0, 1, -1));
   CHECK(estimate.inliers == std::vector<std::uint8_t>{1, 1, 1, 0});
-  CHECK(estimate.report.ms_total == 2.5);
+  CHECK(estimate.stats.ms_total == 2.5);
   const Estimate none = row.Of(FourPoints(), "all, far", 2);
   CHECK(none.status == Status::kNoModel);
-  CHECK(none.report.ms_total == 1.5);
+  CHECK(none.stats.ms_total == 1.5);
 }
 
 TEST_CASE("a recorded row of fewer seeds gives those in turn, and says which problem its file has not") {
   const TemporaryFolder folder;
   const auto row =
       Recorded(folder, "row,condition,id,seed,ms,model\nother,all,s/p1,1,2.5,0 1 -1\nother,all,s/p1,2,1.5,0 1 -1\n");
-  CHECK(row.Of(FourPoints(), "all", 3).report.ms_total == 1.5);
-  CHECK(row.Of(FourPoints(), "all", 4).report.ms_total == 2.5);
+  CHECK(row.Of(FourPoints(), "all", 3).stats.ms_total == 1.5);
+  CHECK(row.Of(FourPoints(), "all", 4).stats.ms_total == 2.5);
   CHECK_THROWS_WITH(row.Of(FourPoints(), "far", 1), Contains("'s/p1'") && Contains("'far'") && Contains("seed 1"));
 }
 
@@ -92,7 +92,7 @@ TEST_CASE("a table runs a recorded row beside its others, on the same problems")
       run("ransac: {type: ransac}, other: {type: recorded, row: other, recording: " + folder.File("r.csv") + "}");
   REQUIRE(results.cells.size() == 2);
   CHECK(results.cells[1].records.size() == 2);
-  CHECK(results.cells[1].records[0].report.ms_total == 1.0);
+  CHECK(results.cells[1].records[0].stats.ms_total == 1.0);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include "core/errors.h"
 #include "lab/colmap/colmap_test_util.h"
 #include "lab/colmap/lens.h"
-#include "lab/truth/pair_truth.h"
+#include "lab/ground_truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

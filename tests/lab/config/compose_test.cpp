@@ -30,10 +30,10 @@ TEST_CASE("rows are put on the settings that they use: later ones override, thei
   const std::string text = R"(
 settings:
   plain: {consensus: {score: msac, refit: none}}
-  network: {type: diffsac, copies: 20, use: plain}
+  network: {type: diffsac, num_diffusion_samples: 20, use: plain}
 methods:
   a: {use: network, label: A}
-  b: {use: [network, plain], copies: 5, consensus: {refit: em}}
+  b: {use: [network, plain], num_diffusion_samples: 5, consensus: {refit: em}}
 )";
   CHECK(Row(text, 0).Text("name") == "a");
   CHECK(Row(text, 0).Text("type") == "diffsac");
@@ -52,7 +52,7 @@ TEST_CASE("rows and settings of several files come together by name") {
   WriteFileAtomically(folder.File("more.yaml"), "methods:\n  b: {type: ransac}\n");
   WriteFileAtomically(folder.File("table.yaml"),
                       "include: [rows.yaml, more.yaml]\n"
-                      "settings: {net: {copies: 3}}\nmethods: {a: {label: Mine}}\n");
+                      "settings: {net: {num_diffusion_samples: 3}}\nmethods: {a: {label: Mine}}\n");
   Config config = ConfigFromFile(folder.File("table.yaml"));
   SetYaml(&config, "methods.b.max_iterations=7");
   const auto rows = ComposeExperiment(config).Sequence("methods");
@@ -112,7 +112,7 @@ TEST_CASE("comparisons are listed by their first row") {
 
 TEST_CASE("mistakes in what is put together name the file, the line and the nearest name") {
   const std::string row = "\n  a: {use: plian, type: ransac}\n";
-  CHECK_THROWS_WITH(Composed("settings: {plain: {copies: 2}}\nmethods:" + row),
+  CHECK_THROWS_WITH(Composed("settings: {plain: {num_diffusion_samples: 2}}\nmethods:" + row),
                     Contains("x.yaml:3") && Contains("did you mean 'plain'"));
   CHECK_THROWS_WITH(Composed("methods:" + row), Contains("x.yaml:2") && Contains("plian"));
   CHECK_THROWS_WITH(Composed("settings: {plian: {use: b}, b: {use: plian}}\nmethods:" + row), Contains("circle"));

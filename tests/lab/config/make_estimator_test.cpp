@@ -10,7 +10,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
-#include "estimators/tiny_network.h"
+#include "estimate/tiny_network.h"
 #include "lab/config/yaml.h"
 #include "lab/torch/checkpoint.h"
 
@@ -25,7 +25,7 @@ struct SavedNetwork {
     std::filesystem::create_directories(folder);
     const auto network = TinyNetwork(Task::kLine);
     const std::string config = "task: line\nname: tiny\nnetwork:\n" + Indent(WriteYaml(network->options)) +
-                               "\ninference: {copies: 7, sampler: {steps: 2}}\n";
+                               "\ninference: {num_diffusion_samples: 7, sampler: {steps: 2}}\n";
     SaveCheckpoint(path, {"diffsac", "line", config, "r", 5, 1, -1}, *network->module,
                    ExponentialMovingAverage(*network->module, 0.9), nullptr);
   }
@@ -68,11 +68,12 @@ TEST_CASE("a diffsac row takes its defaults from the checkpoint and overrides th
   const auto problem = TinyExamples(Task::kLine, 1)[0].problem;
   const auto budget = [&](const std::string& more) {
     const auto method = Make("{type: diffsac, checkpoint: '" + saved.path + "', consensus: {refit: none}" + more + "}");
-    return method->Run(problem, 1).report.hypotheses;
+    return method->Run(problem, 1).stats.hypotheses;
   };
   CHECK(budget("") == 30 + 7);
-  CHECK(budget(", copies: 9") == 30 + 9);
-  CHECK(Make("{type: diffsac, checkpoint: none.safetensors, copies: 3}", Task::kLine, saved.path) != nullptr);
+  CHECK(budget(", num_diffusion_samples: 9") == 30 + 9);
+  CHECK(Make("{type: diffsac, checkpoint: none.safetensors, num_diffusion_samples: 3}", Task::kLine, saved.path) !=
+        nullptr);
 }
 
 TEST_CASE("a resolved row has every key that acts, and makes the same method") {
@@ -95,12 +96,13 @@ TEST_CASE("a resolved row has every key that acts, and makes the same method") {
 
 TEST_CASE("a resolved diffsac row has its checkpoint's inference group under its own keys") {
   const SavedNetwork saved;
-  const Config own = ConfigFromYaml("{type: diffsac, checkpoint: '" + saved.path + "', head_sets: 3}", "t.yaml");
+  const Config own =
+      ConfigFromYaml("{type: diffsac, checkpoint: '" + saved.path + "', num_guided_samples: 3}", "t.yaml");
   const Config row = ResolvedRow(own, Task::kLine, {});
   CHECK(row.Text("checkpoint") == saved.path);
   CHECK(row.Text("copies") == "7");
   CHECK(row.Text("sampler.steps") == "2");
-  CHECK(row.Text("head_sets") == "3");
+  CHECK(row.Text("num_guided_samples") == "3");
   CHECK(ToYaml(ResolvedRow(row, Task::kLine, {})) == ToYaml(row));
 }
 
@@ -116,14 +118,17 @@ TEST_CASE("a diffsac row that cannot be built is a clear error") {
 TEST_CASE("a key that changes nothing in a diffsac row is an error with its line, an inherited one is not") {
   const SavedNetwork saved;
   const std::string row = "{type: diffsac, checkpoint: '" + saved.path + "', ";
-  for (const char* keys : {"selection: gumbel, temperature: 0.5", "head_sets: 5, temperature: 0.5",
-                           "copies: 0, head_sets: 9, temperature: 0.5", "copies: 0, head_sets: 9, selection: gumbel",
-                           "selection: gumbel, intermediate_sets: false", "extra_sets: 4, extra_sampler: prosac",
-                           "consensus: {stopping: confidence, max_iterations: 50}"})
+  for (const char* keys :
+       {"selection: gumbel, temperature: 0.5", "num_guided_samples: 5, temperature: 0.5",
+        "num_diffusion_samples: 0, num_guided_samples: 9, temperature: 0.5",
+        "num_diffusion_samples: 0, num_guided_samples: 9, selection: gumbel",
+        "selection: gumbel, intermediate_sets: false", "num_uniform_samples: 4, extra_sampler: prosac",
+        "consensus: {stopping: confidence, max_iterations: 50}"})
     CHECK_NOTHROW(Make(row + keys + "}"));
   for (const char* keys :
-       {"temperature: 0.5", "copies: 0, head_sets: 9, sampler: {steps: 1}", "copies: 0",
-        "copies: 0, head_sets: 9, selection: probabilistic", "copies: 0, head_sets: 9, max_decoded_points: 5",
+       {"temperature: 0.5", "num_diffusion_samples: 0, num_guided_samples: 9, sampler: {steps: 1}",
+        "num_diffusion_samples: 0", "num_diffusion_samples: 0, num_guided_samples: 9, selection: probabilistic",
+        "num_diffusion_samples: 0, num_guided_samples: 9, max_decoded_points: 5",
         "selection: gumbel, intermediate_sets: true", "unique_sets: false, intermediate_sets: true",
         "extra_sampler: prosac", "model: fundamental8", "consensus: {max_iterations: 50}",
         "consensus: {min_iterations: 5}"}) {

@@ -5,8 +5,8 @@
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
 #include "lab/data/synthetic_two_view.h"
+#include "lab/ground_truth/labels.h"
 #include "lab/options/options.h"
-#include "lab/truth/labels.h"
 
 namespace diffsac {
 namespace {

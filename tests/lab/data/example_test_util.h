@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <vector>
 
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac {
 
 /// Points of each structure, by the labels.
-inline std::vector<int> StructureSizes(const Example& example) {
-  std::vector<int> sizes(example.truth.structures.size(), 0);
+inline std::vector<int> InstanceSizes(const Example& example) {
+  std::vector<int> sizes(example.truth.instances.size(), 0);
   for (const std::int32_t label : example.truth.assignment)
     if (label > 0) ++sizes.at(label - 1);
   return sizes;

@@ -19,7 +19,7 @@
 #include "lab/data/plane_pair.h"
 #include "lab/data/two_view_test_util.h"
 #include "lab/files/correspondence_files.h"
-#include "lab/truth/pair_truth.h"
+#include "lab/ground_truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -192,7 +192,7 @@ Example PlanesPair() {
   pair.id = "a-b";
   pair.image1 = "a";
   pair.image2 = "b";
-  pair.problem.match_ratio.resize(0);
+  pair.problem.snn_ratio.resize(0);
   int strays = 0;
   for (std::int32_t& label : pair.truth.assignment) label = label > 0 ? std::vector{7, 2, 4}[label - 1] : strays++ < 3;
   return pair;
@@ -209,10 +209,10 @@ std::unique_ptr<Dataset> Read(const std::string& folder, const std::string& more
   return MakeDataset(ConfigFromYaml("type: correspondences\npaths: [\"" + folder + "\"]\n" + more, "my.yaml"), 1);
 }
 
-constexpr const char* kStructures = "task: homography\nstructures: true\ninlier_threshold_px: 2\n";
+constexpr const char* kInstances = "task: homography\nstructures: true\ninlier_threshold_px: 2\n";
 
 double Distance(const Example& example, Eigen::Index i) {
-  return Homography::Residual(Matrix3Parameters(example.truth.structures[example.truth.assignment[i] - 1]),
+  return Homography::Residual(Matrix3Parameters(example.truth.instances[example.truth.assignment[i] - 1]),
                               example.problem.points.data() + 4 * i);
 }
 
@@ -222,9 +222,9 @@ TEST_CASE("labelled pairs become problems of several structures") {
   const TemporaryFolder folder;
   const Example written = PlanesPair();
   Write(folder / "scene", written);
-  const Example read = Read(folder / "scene", kStructures)->Get(0);
+  const Example read = Read(folder / "scene", kInstances)->Get(0);
   CHECK(read.problem.points == written.problem.points);
-  REQUIRE(read.truth.structures.size() == 3);
+  REQUIRE(read.truth.instances.size() == 3);
   for (std::size_t i = 0; i < read.truth.assignment.size(); ++i) {
     const int as_written = written.truth.assignment[i], label = read.truth.assignment[i];
     CHECK(label == (as_written == 7 ? 1 : as_written == 2 ? 2 : as_written == 4 ? 3 : 0));
@@ -232,13 +232,13 @@ TEST_CASE("labelled pairs become problems of several structures") {
     if (label > 0) CHECK(Distance(read, static_cast<Eigen::Index>(i)) < 1e-4);
   }
   for (int k = 0; k < 3; ++k)
-    CHECK(std::abs(read.truth.structures[k].dot(written.truth.structures[k])) == Approx(1.0).margin(1e-6));
-  CHECK(read.truth.model == read.truth.structures[0]);
+    CHECK(std::abs(read.truth.instances[k].dot(written.truth.instances[k])) == Approx(1.0).margin(1e-6));
+  CHECK(read.truth.model == read.truth.instances[0]);
   CHECK(AsParameters(*read.truth.homography).isApprox(read.truth.model));
   // Without the key labels stay what the file says.
   const Example plain = Read(folder / "scene", "task: homography\n")->Get(0);
   CHECK(plain.truth.assignment == written.truth.assignment);
-  CHECK(plain.truth.structures.empty());
+  CHECK(plain.truth.instances.empty());
   CHECK(plain.truth.model.size() == 0);
 }
 
@@ -246,21 +246,21 @@ TEST_CASE("structures of a pair follow its filter: renumbered by what is left") 
   const TemporaryFolder folder;
   Example pair = PlanesPair();
   // The largest plane has the worst ratios but for three of its matches, and the smallest the best.
-  pair.problem.match_ratio.resize(pair.problem.points.rows());
+  pair.problem.snn_ratio.resize(pair.problem.points.rows());
   int of_largest = 0;
-  for (Eigen::Index i = 0; i < pair.problem.match_ratio.size(); ++i) {
+  for (Eigen::Index i = 0; i < pair.problem.snn_ratio.size(); ++i) {
     const int label = pair.truth.assignment[i];
-    pair.problem.match_ratio[i] = label == 7 && of_largest++ >= 3 ? 0.9 : 0.5;
+    pair.problem.snn_ratio[i] = label == 7 && of_largest++ >= 3 ? 0.9 : 0.5;
   }
   Write(folder / "scene", pair);
-  const Example all = Read(folder / "scene", kStructures)->Get(0);
-  const Example part = Read(folder / "scene", std::string(kStructures) + "max_ratio: 0.8\n")->Get(0);
-  REQUIRE(part.truth.structures.size() == 2);
-  CHECK(part.truth.structures[0] == all.truth.structures[1]);
-  CHECK(part.truth.structures[1] == all.truth.structures[2]);
-  CHECK(part.truth.model == all.truth.structures[1]);
-  const std::vector<int> sizes = StructureSizes(part);
-  CHECK(sizes == std::vector<int>{StructureSizes(all)[1], StructureSizes(all)[2]});
+  const Example all = Read(folder / "scene", kInstances)->Get(0);
+  const Example part = Read(folder / "scene", std::string(kInstances) + "max_ratio: 0.8\n")->Get(0);
+  REQUIRE(part.truth.instances.size() == 2);
+  CHECK(part.truth.instances[0] == all.truth.instances[1]);
+  CHECK(part.truth.instances[1] == all.truth.instances[2]);
+  CHECK(part.truth.model == all.truth.instances[1]);
+  const std::vector<int> sizes = InstanceSizes(part);
+  CHECK(sizes == std::vector<int>{InstanceSizes(all)[1], InstanceSizes(all)[2]});
   CHECK(CountLabelled(part) == sizes[0] + sizes[1]);
   CHECK(std::count(part.truth.inliers.begin(), part.truth.inliers.end(), 1) == CountLabelled(part));
 }
@@ -269,8 +269,8 @@ TEST_CASE("a single wrong label hardly moves its plane, and labels without a hom
   Example pair = PlanesPair();
   const auto stray = std::find(pair.truth.assignment.begin(), pair.truth.assignment.end(), 0);
   *stray = 7;
-  FitStructures(Task::kHomography, pair.problem, 0.5, &pair.truth);
-  REQUIRE(pair.truth.structures.size() == 3);
+  FitInstances(Task::kHomography, pair.problem, 0.5, &pair.truth);
+  REQUIRE(pair.truth.instances.size() == 3);
   std::vector<double> distances;
   for (std::size_t i = 0; i < pair.truth.assignment.size(); ++i)
     if (pair.truth.assignment[i] == 1) distances.push_back(Distance(pair, static_cast<Eigen::Index>(i)));
@@ -280,12 +280,12 @@ TEST_CASE("a single wrong label hardly moves its plane, and labels without a hom
   Example line = PlanesPair();
   for (Eigen::Index i = 0; i < line.problem.points.rows(); ++i)
     if (line.truth.assignment[i] == 7) line.problem.points.row(i) << 3.0 * i, 2.0 * i, 3.0 * i + 5.0, 2.0 * i;
-  FitStructures(Task::kHomography, line.problem, 2.0, &line.truth);
-  CHECK(line.truth.structures.size() == 2);
+  FitInstances(Task::kHomography, line.problem, 2.0, &line.truth);
+  CHECK(line.truth.instances.size() == 2);
   Example none = PlanesPair();
   std::fill(none.truth.assignment.begin(), none.truth.assignment.end(), 0);
-  FitStructures(Task::kHomography, none.problem, 2.0, &none.truth);
-  CHECK(none.truth.structures.empty());
+  FitInstances(Task::kHomography, none.problem, 2.0, &none.truth);
+  CHECK(none.truth.instances.empty());
   CHECK(none.truth.model.size() == 0);
   CHECK(!none.truth.homography);
 }
@@ -311,12 +311,12 @@ TEST_CASE("labelled motions become several fundamental matrices, of too few matc
   const TemporaryFolder folder;
   Write(folder / "scene", pair);
   const Example read = Read(folder / "scene", "task: fundamental\nstructures: true\ninlier_threshold_px: 2\n")->Get(0);
-  REQUIRE(read.truth.structures.size() == 2);
+  REQUIRE(read.truth.instances.size() == 2);
   for (int i = 0; i < 107; ++i) {
     const int label = read.truth.assignment[i];
     CHECK(label == (i < 60 ? 1 : i < 100 ? 2 : 0));
     if (label == 0) continue;
-    const Matrix3Parameters model = read.truth.structures[label - 1];
+    const Matrix3Parameters model = read.truth.instances[label - 1];
     CHECK(Fundamental::Residual(model, pair.problem.points.data() + 4 * i) < 1e-4);
   }
   CHECK(AsParameters(*read.truth.fundamental).isApprox(read.truth.model));
@@ -331,9 +331,9 @@ TEST_CASE("structures of pairs: mistakes are named") {
   const auto error = [&](const std::string& scene, const std::string& more) {
     return ErrorOf([&] { Read(folder / scene, more)->Get(0); });
   };
-  CHECK(Has(error("bare", kStructures), "a-b: no labels (labels.h5)"));
+  CHECK(Has(error("bare", kInstances), "a-b: no labels (labels.h5)"));
   CHECK(Has(error("labelled", "task: shared_focal\nstructures: true\n"), "task: homography or fundamental"));
-  CHECK(Has(error("labelled", std::string(kStructures) + "dominant_plane: true\n"), "dominant_plane"));
+  CHECK(Has(error("labelled", std::string(kInstances) + "dominant_plane: true\n"), "dominant_plane"));
 }
 
 }  // namespace diffsac

@@ -63,11 +63,11 @@ TEST_CASE("examples of generators depend on seed, split and index alone, and are
     for (int i = kCount - 1; i >= 0; --i) {
       const Example &one = examples[i], other = again->Get(i);
       CHECK(SamePoints(one, other));
-      CHECK(one.problem.match_ratio == other.problem.match_ratio);
+      CHECK(one.problem.snn_ratio == other.problem.snn_ratio);
       CHECK(one.truth.model == other.truth.model);
       CHECK(one.truth.inliers == other.truth.inliers);
       CHECK(one.truth.assignment == other.truth.assignment);
-      CHECK(one.truth.structures == other.truth.structures);
+      CHECK(one.truth.instances == other.truth.instances);
       CHECK(one.index == static_cast<std::uint64_t>(i));
       CHECK(one.id == ids + "train/" + std::to_string(i) + behind);
       CHECK_FALSE(SamePoints(one, seeded->Get(i)));

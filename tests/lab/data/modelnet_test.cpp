@@ -186,7 +186,7 @@ TEST_CASE("modelnet views: exact points fit the truth, are seen by both, and com
       CHECK(CountInliers(example) <= 180);
       CHECK(problem.inlier_threshold == 4.0);
       CHECK(problem.size1 == ImageSize{640, 480});
-      CHECK(problem.match_ratio.size() == 0);
+      CHECK(problem.snn_ratio.size() == 0);
       const CameraPair& cameras = *problem.cameras;
       const PointMatrix normalized = NormalizedCoordinates(problem.points, cameras.K1, cameras.K2);
       const PointMatrix& points = problem.task == Task::kEssential ? normalized : problem.points;

@@ -13,6 +13,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/problem/tasks.h"
+#include "guidance/captured_log.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
 #include "lab/data/example_test_util.h"
@@ -21,7 +22,6 @@
 #include "lab/data/two_view_test_util.h"
 #include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
-#include "network/captured_log.h"
 
 namespace diffsac {
 namespace {
@@ -70,7 +70,7 @@ std::vector<Example> WriteScene(const std::string& folder, std::uint64_t seed, c
     const std::string image = "im_" + std::to_string(i + 1), key = "im_0-" + image;
     const auto n = static_cast<hsize_t>(e.problem.points.rows());
     matches.Put(key, e.problem.points, {n, 4});
-    conf.Put(key, e.problem.match_ratio, column(n));
+    conf.Put(key, e.problem.snn_ratio, column(n));
     Eigen::Matrix<double, 6, 3> both;
     both << e.problem.cameras->K1, e.problem.cameras->K2;
     K.Put(key, both, {1, 2, 3, 3});
@@ -124,7 +124,7 @@ TEST_CASE("the tutorial's layout is read in its variants, for E and F") {
       CHECK(e.id == "sacre_coeur/im_0-im_" + std::to_string(i + 1));
       CHECK(e.index == static_cast<std::uint64_t>(i));
       CHECK((e.problem.points - written[i].problem.points).cwiseAbs().maxCoeff() < tolerance);
-      CHECK((e.problem.match_ratio - written[i].problem.match_ratio).cwiseAbs().maxCoeff() < tolerance);
+      CHECK((e.problem.snn_ratio - written[i].problem.snn_ratio).cwiseAbs().maxCoeff() < tolerance);
       CHECK(e.problem.cameras->K2.isApprox(written[i].problem.cameras->K2, 1e-6));
       CHECK(std::abs(e.truth.model.dot(written[i].truth.model)) == Approx(1.0).margin(tolerance));
       CHECK(RotationAngleDegrees(e.truth.pose->rotation, written[i].truth.pose->rotation) < 1e-3);
@@ -255,7 +255,7 @@ TEST_CASE("the tutorial's homographies are read from either level") {
     const Example example = MakeSyntheticTwoView(options, 4)->Get(0);
     const auto n = static_cast<hsize_t>(example.problem.points.rows());
     TutorialFile(path + "/matches.h5", true).Put(key, example.problem.points, {n, 4});
-    TutorialFile(path + "/match_conf.h5", true).Put(key, example.problem.match_ratio, {n});
+    TutorialFile(path + "/match_conf.h5", true).Put(key, example.problem.snn_ratio, {n});
     TutorialFile(path + "/Hgt.h5", false).Put(key, AsMatrix(example.truth.model), {3, 3});
     return example;
   };
@@ -276,18 +276,18 @@ TEST_CASE("matches are filtered, capped and shuffled, the same way each time") {
   const TemporaryFolder folder;
   const auto written = WriteScene(folder / "val/s", 5);
   const auto get = [&](const std::string& more) { return Make("ransac_tutorial", folder.path(), more)->Get(2); };
-  const Eigen::VectorXd& ratios = written[2].problem.match_ratio;
+  const Eigen::VectorXd& ratios = written[2].problem.snn_ratio;
   const Example filtered = get("snn_threshold: 0.8\n");
   CHECK(filtered.problem.points.rows() == (ratios.array() <= 0.8).count());
-  CHECK(filtered.problem.match_ratio.maxCoeff() <= 0.8);
+  CHECK(filtered.problem.snn_ratio.maxCoeff() <= 0.8);
   CHECK(filtered.truth.inliers.size() == static_cast<std::size_t>(filtered.problem.points.rows()));
   const Example best = get("max_points: 15\n"), random = get("max_points: 15\ncap: random\n");
   Eigen::VectorXd sorted = ratios;
   std::sort(sorted.begin(), sorted.end());
   REQUIRE(best.problem.points.rows() == 15);
-  CHECK(best.problem.match_ratio.maxCoeff() <= sorted[14]);
+  CHECK(best.problem.snn_ratio.maxCoeff() <= sorted[14]);
   REQUIRE(random.problem.points.rows() == 15);
-  CHECK(random.problem.match_ratio.maxCoeff() > sorted[14]);
+  CHECK(random.problem.snn_ratio.maxCoeff() > sorted[14]);
   CHECK(get("max_points: 15\ncap: random\n").problem.points == random.problem.points);
   const Example plain = get(""), shuffled = get("shuffle_points: true\n");
   CHECK_FALSE(testing::SamePoints(shuffled.problem.points, plain.problem.points));
@@ -296,7 +296,7 @@ TEST_CASE("matches are filtered, capped and shuffled, the same way each time") {
   for (Eigen::Index i = 0; i < plain.problem.points.rows(); ++i) {
     Eigen::Index at = 0;
     (shuffled.problem.points.rowwise() - plain.problem.points.row(i)).rowwise().norm().minCoeff(&at);
-    CHECK(shuffled.problem.match_ratio[at] == plain.problem.match_ratio[i]);
+    CHECK(shuffled.problem.snn_ratio[at] == plain.problem.snn_ratio[i]);
     CHECK(shuffled.truth.inliers[at] == plain.truth.inliers[i]);
   }
 }
@@ -388,7 +388,7 @@ TEST_CASE("matches that are not finite are left out, or refused") {
   CHECK(CheckProblem(read.problem) == Status::kOk);
   REQUIRE(read.problem.points.rows() == points.rows() - 1);
   CHECK(read.problem.points.row(3) == points.row(4));
-  CHECK(read.problem.match_ratio.size() == points.rows() - 1);
+  CHECK(read.problem.snn_ratio.size() == points.rows() - 1);
   const auto refused = [&] { Make("ransac_tutorial", folder.path(), "non_finite: error\n")->Get(0); };
   CHECK_THAT(ErrorOf(refused), Catch::Contains("matches.h5: im_0-im_1: 1 of 40 points are not finite"));
 }

@@ -63,7 +63,7 @@ TEST_CASE("datasets that differ by a filter do not read again what another one h
     REQUIRE(half->size() == 3);
     for (int i = 0; i < 3; ++i) {
       const Example whole = all->Get(i), part = half->Get(i);
-      CHECK(part.problem.points.rows() == (whole.problem.match_ratio.array() <= 0.5).count());
+      CHECK(part.problem.points.rows() == (whole.problem.snn_ratio.array() <= 0.5).count());
       CHECK(part.truth.model == whole.truth.model);
       CHECK(part.truth.inliers.size() == static_cast<std::size_t>(part.problem.points.rows()));
     }
@@ -130,8 +130,8 @@ TEST_CASE("without a filter a pair stays what it is") {
   CHECK(same.id == pair.id);
   CHECK(same.image2 == pair.image2);
   CHECK(same.problem.points == pair.problem.points);
-  CHECK(same.problem.match_ratio == pair.problem.match_ratio);
-  CHECK(same.problem.similarities == pair.problem.similarities);
+  CHECK(same.problem.snn_ratio == pair.problem.snn_ratio);
+  CHECK(same.problem.scale_rotation_changes == pair.problem.scale_rotation_changes);
   CHECK(same.problem.descriptors == pair.problem.descriptors);
   CHECK(same.truth.assignment == pair.truth.assignment);
 }
@@ -141,13 +141,13 @@ TEST_CASE("matches are filtered by ratio and number, in their order") {
   PairFilter filter;
   filter.max_ratio = 0.8;
   const Example filtered = Filtered(pair, filter);
-  CHECK(filtered.problem.points.rows() == (pair.problem.match_ratio.array() <= 0.8).count());
-  CHECK((filtered.problem.match_ratio.array() <= 0.8).all());
+  CHECK(filtered.problem.points.rows() == (pair.problem.snn_ratio.array() <= 0.8).count());
+  CHECK((filtered.problem.snn_ratio.array() <= 0.8).all());
   const Example best = Filtered(pair, Capped(PointCap::kBest));
   REQUIRE(best.problem.points.rows() == 10);
-  Eigen::VectorXd sorted = pair.problem.match_ratio;
+  Eigen::VectorXd sorted = pair.problem.snn_ratio;
   std::sort(sorted.begin(), sorted.end());
-  CHECK(best.problem.match_ratio.maxCoeff() <= sorted[9]);
+  CHECK(best.problem.snn_ratio.maxCoeff() <= sorted[9]);
 }
 
 TEST_CASE("ratios that are not to be known neither filter nor order, and are gone") {
@@ -156,7 +156,7 @@ TEST_CASE("ratios that are not to be known neither filter nor order, and are gon
   filter.ratios = false;
   filter.max_ratio = 0.8;
   const Example unrated = Filtered(pair, filter);
-  CHECK(unrated.problem.match_ratio.size() == 0);
+  CHECK(unrated.problem.snn_ratio.size() == 0);
   CHECK(unrated.problem.points == pair.problem.points);
   CHECK(unrated.problem.descriptors == pair.problem.descriptors);
   CHECK(unrated.truth.assignment == pair.truth.assignment);
@@ -168,12 +168,12 @@ TEST_CASE("ratios that are not to be known neither filter nor order, and are gon
 
 TEST_CASE("similarities that are not to be known are gone") {
   Example pair = OnePair();
-  pair.problem.similarities = PointMatrix::Random(pair.problem.points.rows(), 2);
+  pair.problem.scale_rotation_changes = PointMatrix::Random(pair.problem.points.rows(), 2);
   PairFilter filter;
-  CHECK(Filtered(pair, filter).problem.similarities == pair.problem.similarities);
-  filter.similarities = false;
-  CHECK(Filtered(pair, filter).problem.similarities.size() == 0);
-  CHECK(Filtered(pair, filter).problem.match_ratio == pair.problem.match_ratio);
+  CHECK(Filtered(pair, filter).problem.scale_rotation_changes == pair.problem.scale_rotation_changes);
+  filter.scale_rotation_changes = false;
+  CHECK(Filtered(pair, filter).problem.scale_rotation_changes.size() == 0);
+  CHECK(Filtered(pair, filter).problem.snn_ratio == pair.problem.snn_ratio);
 }
 
 TEST_CASE("what belongs to a match goes with it") {
@@ -186,8 +186,8 @@ TEST_CASE("what belongs to a match goes with it") {
   CHECK(!std::is_sorted(rows.begin(), rows.end()));
   for (int i = 0; i < 10; ++i) {
     CHECK(filtered.problem.points.row(i) == pair.problem.points.row(rows[i]));
-    CHECK(filtered.problem.match_ratio[i] == pair.problem.match_ratio[rows[i]]);
-    CHECK(filtered.problem.similarities.row(i) == pair.problem.similarities.row(rows[i]));
+    CHECK(filtered.problem.snn_ratio[i] == pair.problem.snn_ratio[rows[i]]);
+    CHECK(filtered.problem.scale_rotation_changes.row(i) == pair.problem.scale_rotation_changes.row(rows[i]));
     CHECK(filtered.problem.descriptors.row(i) == pair.problem.descriptors.row(rows[i]));
     CHECK(filtered.truth.assignment[i] == pair.truth.assignment[rows[i]]);
   }
@@ -196,14 +196,14 @@ TEST_CASE("what belongs to a match goes with it") {
 
 TEST_CASE("what is not known of the matches stays empty") {
   Example pair = OnePair();
-  pair.problem.match_ratio.resize(0);
-  pair.problem.similarities.resize(0, 0);
+  pair.problem.snn_ratio.resize(0);
+  pair.problem.scale_rotation_changes.resize(0, 0);
   pair.problem.descriptors.resize(0, 0);
   pair.truth.assignment.clear();
   const Example first = Filtered(pair, Capped(PointCap::kBest));
   CHECK(first.problem.points == pair.problem.points.topRows(10));
-  CHECK(first.problem.match_ratio.size() == 0);
-  CHECK(first.problem.similarities.size() == 0);
+  CHECK(first.problem.snn_ratio.size() == 0);
+  CHECK(first.problem.scale_rotation_changes.size() == 0);
   CHECK(first.problem.descriptors.size() == 0);
   CHECK(first.truth.assignment.empty());
 }

@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "diffsac/geometry/homography.h"
-#include "lab/data/structure_sizes.h"
+#include "lab/data/instance_sizes.h"
 #include "lab/data/virtual_views.h"
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac::testing {
 
@@ -35,7 +35,7 @@ inline Example PlanePair(const std::vector<int>& sizes, int outliers, std::uint6
     }
     if (static_cast<int>(own.size()) < sizes[k]) continue;
     matches.insert(matches.end(), own.begin(), own.end());
-    example.truth.structures.push_back(AsParameters(plane.Homography(pair)));
+    example.truth.instances.push_back(AsParameters(plane.Homography(pair)));
     example.truth.assignment.resize(matches.size(), static_cast<std::int32_t>(++k));
   }
   const auto inliers = static_cast<Eigen::Index>(matches.size());
@@ -45,16 +45,16 @@ inline Example PlanePair(const std::vector<int>& sizes, int outliers, std::uint6
   problem.cameras = CameraPair{pair.first.K, pair.second.K};
   problem.size1 = problem.size2 = pair.first.size;
   problem.points.resize(inliers + outliers, 4);
-  problem.match_ratio.resize(inliers + outliers);
+  problem.snn_ratio.resize(inliers + outliers);
   for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
-    problem.match_ratio[i] = i < inliers ? rng.Uniform(0.3, 0.8) : rng.Uniform(0.6, 1.0);
+    problem.snn_ratio[i] = i < inliers ? rng.Uniform(0.3, 0.8) : rng.Uniform(0.6, 1.0);
     if (i < inliers)
       for (int c = 0; c < 4; ++c) problem.points(i, c) = matches[i][c] + noise_px * rng.Normal();
     else
       problem.points.row(i) << pair.first.RandomPixel(rng).transpose(), pair.first.RandomPixel(rng).transpose();
   }
   example.truth.assignment.resize(problem.points.rows(), 0);
-  ArrangeStructures(1, &example.truth);
+  ArrangeInstances(1, &example.truth);
   return example;
 }
 

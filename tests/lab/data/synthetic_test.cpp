@@ -198,10 +198,10 @@ TEST_CASE("inlier noise has the documented scale") {
     };
     collect();  // default: gaussian, ε/3
     CHECK(std::sqrt(Variance(all)) == Approx(0.1 / 3.0).epsilon(0.03));
-    options.noise_scale = 0.05;
+    options.sigma = 0.05;
     collect();
     CHECK(std::sqrt(Variance(all)) == Approx(0.05).epsilon(0.03));
-    options.noise_scale = 0.0;
+    options.sigma = 0.0;
     options.noise = NoiseKind::kUniform;  // default ± ε
     collect();
     CHECK(std::sqrt(Variance(all)) == Approx(0.1 / std::sqrt(3.0)).epsilon(0.03));
@@ -212,7 +212,7 @@ TEST_CASE("inlier noise has the documented scale") {
 
 TEST_CASE("the extent rule holds and inliers cover the whole chord") {
   SyntheticOptions options = Fixed(2000, 0.0);
-  options.noise_scale = 1e-9;
+  options.sigma = 1e-9;
   for (double least : {5.0, 9.0}) {
     options.min_extent = least;
     const auto dataset = MakeSynthetic(Task::kLine, options, 11);
@@ -315,7 +315,7 @@ TEST_CASE("structured outliers put a weaker second model beside the true one") {
 
 TEST_CASE("conditions are paired: another noise or outlier kind keeps the models") {
   SyntheticOptions noisy = Fixed(100, 0.5), clean = noisy, clustered = noisy;
-  noisy.noise_scale = 0.2;
+  noisy.sigma = 0.2;
   clustered.outliers = OutlierKind::kAggregated;
   for (int i = 0; i < 5; ++i) {
     const Example base = MakeSynthetic(Task::kLine, clean, 1)->Get(i);

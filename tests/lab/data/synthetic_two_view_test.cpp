@@ -94,7 +94,7 @@ TEST_CASE("synthetic two views: the truth explains the inliers of every task and
         CHECK(problem.points.rows() >= 100);
         CHECK(problem.points.rows() <= 500);
         CHECK(CountInliers(example) > MinimalSetSize(problem.task));
-        CHECK(problem.match_ratio.size() == problem.points.rows());
+        CHECK(problem.snn_ratio.size() == problem.points.rows());
         REQUIRE(example.truth.pose);
         REQUIRE(problem.size1.known());
         const PointMatrix points = SolverPoints(example);
@@ -230,8 +230,8 @@ TEST_CASE("synthetic two views: ratios are lower for inliers, by the stated law"
   int inliers = 0, outliers = 0, inliers_below = 0;
   for (int index = 0; index < 60; ++index) {
     const Example example = MakeSyntheticTwoView(options, 10)->Get(index);
-    for (Eigen::Index i = 0; i < example.problem.match_ratio.size(); ++i) {
-      const double ratio = example.problem.match_ratio[i];
+    for (Eigen::Index i = 0; i < example.problem.snn_ratio.size(); ++i) {
+      const double ratio = example.problem.snn_ratio[i];
       CHECK((ratio > 0.0 && ratio <= 1.0));
       const bool inlier = example.truth.inliers[i];
       (inlier ? inlier_sum : outlier_sum) += ratio;
@@ -242,10 +242,10 @@ TEST_CASE("synthetic two views: ratios are lower for inliers, by the stated law"
   CHECK(inlier_sum / inliers == Approx(2.0 / 3.0).margin(0.01));
   CHECK(outlier_sum / outliers == Approx(10.0 / 11.0).margin(0.005));
   CHECK(static_cast<double>(inliers_below) / inliers == Approx(0.64).margin(0.02));
-  options.matches.match_ratio = false;
+  options.matches.snn_ratio = false;
   const Example without = MakeSyntheticTwoView(options, 10)->Get(0);
-  options.matches.match_ratio = true;
-  CHECK(without.problem.match_ratio.size() == 0);
+  options.matches.snn_ratio = true;
+  CHECK(without.problem.snn_ratio.size() == 0);
   CHECK(without.problem.points == MakeSyntheticTwoView(options, 10)->Get(0).problem.points);
 }
 
@@ -253,24 +253,25 @@ TEST_CASE("synthetic two views: correct matches have the similarity around them,
   for (const char* kind : kKinds) {
     SyntheticTwoViewOptions options = Only(Task::kFundamental, kind);
     const Example without = MakeSyntheticTwoView(options, 13)->Get(0);
-    CHECK(without.problem.similarities.size() == 0);
-    options.matches.similarities = true;
+    CHECK(without.problem.scale_rotation_changes.size() == 0);
+    options.matches.scale_rotation_changes = true;
     options.matches.similarity_noise = 0.1;
-    options.matches.gross_similarities = 0.0;
+    options.matches.gross_scale_rotation_changes = 0.0;
     const Example with = MakeSyntheticTwoView(options, 13)->Get(0);
     CHECK(with.problem.points == without.problem.points);
-    CHECK(with.problem.match_ratio == without.problem.match_ratio);
+    CHECK(with.problem.snn_ratio == without.problem.snn_ratio);
     CHECK(with.truth.inliers == without.truth.inliers);
-    REQUIRE(with.problem.similarities.rows() == with.problem.points.rows());
-    CHECK(with.problem.similarities.allFinite());
-    CHECK(with.problem.similarities.col(1).cwiseAbs().maxCoeff() <= std::numbers::pi);
+    REQUIRE(with.problem.scale_rotation_changes.rows() == with.problem.points.rows());
+    CHECK(with.problem.scale_rotation_changes.allFinite());
+    CHECK(with.problem.scale_rotation_changes.col(1).cwiseAbs().maxCoeff() <= std::numbers::pi);
     options.matches.similarity_noise = 0.0;
     const Example exact = MakeSyntheticTwoView(options, 13)->Get(0);
     double sum = 0.0;
     for (Eigen::Index i = 0; i < with.problem.points.rows(); ++i) {
-      const bool same = with.problem.similarities.row(i) == exact.problem.similarities.row(i);
+      const bool same = with.problem.scale_rotation_changes.row(i) == exact.problem.scale_rotation_changes.row(i);
       CHECK(same == (with.truth.inliers[i] == 0));
-      const Eigen::RowVector2d error = with.problem.similarities.row(i) - exact.problem.similarities.row(i);
+      const Eigen::RowVector2d error =
+          with.problem.scale_rotation_changes.row(i) - exact.problem.scale_rotation_changes.row(i);
       sum += error[0] * error[0] + std::pow(std::remainder(error[1], 2.0 * std::numbers::pi), 2);
     }
     CHECK(std::sqrt(sum / (2 * CountInliers(with))) == Approx(0.1).epsilon(0.25));
@@ -279,9 +280,9 @@ TEST_CASE("synthetic two views: correct matches have the similarity around them,
 
 TEST_CASE("synthetic two views: similarities of planar scenes move their neighbours") {
   SyntheticTwoViewOptions options = Exact(Task::kHomography, "planar");
-  options.matches.similarities = true;
+  options.matches.scale_rotation_changes = true;
   options.matches.similarity_noise = 0.0;
-  options.matches.gross_similarities = 0.0;
+  options.matches.gross_scale_rotation_changes = 0.0;
   options.plane_tilt_deg = 0.0;
   options.rotation_deg = 0.0;
   options.converging = 0.0;
@@ -293,9 +294,9 @@ TEST_CASE("synthetic two views: similarities of planar scenes move their neighbo
     if (!example.truth.inliers[i]) continue;
     if (first < 0) first = i;
     const Eigen::RowVector4d step = example.problem.points.row(i) - example.problem.points.row(first);
-    const double scale = std::exp(example.problem.similarities(i, 0));
+    const double scale = std::exp(example.problem.scale_rotation_changes(i, 0));
     CHECK((scale * step.head<2>() - step.tail<2>()).norm() < 1e-6 * (1.0 + step.norm()));
-    CHECK(std::abs(example.problem.similarities(i, 1)) < 1e-9);
+    CHECK(std::abs(example.problem.scale_rotation_changes(i, 1)) < 1e-9);
   }
 }
 

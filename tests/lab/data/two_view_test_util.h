@@ -6,7 +6,7 @@
 
 #include "diffsac/core/random.h"
 #include "lab/files/correspondence_files.h"
-#include "lab/truth/pair_truth.h"
+#include "lab/ground_truth/pair_truth.h"
 
 namespace diffsac {
 
@@ -49,8 +49,8 @@ inline CorrespondenceSet SyntheticSet(int num_pairs, int num_points, Rng rng) {
     problem.size1 = {640, 480};
     problem.size2 = {600, 400};
     problem.points.resize(num_points, 4);
-    problem.match_ratio.resize(num_points);
-    problem.similarities.resize(num_points, 2);
+    problem.snn_ratio.resize(num_points);
+    problem.scale_rotation_changes.resize(num_points, 2);
     problem.descriptors.resize(num_points, 8);
     for (int k = 0; k < num_points; ++k) {
       const Eigen::Vector3d point(rng.Uniform(-1, 1), rng.Uniform(-1, 1), rng.Uniform(4, 8));
@@ -58,8 +58,8 @@ inline CorrespondenceSet SyntheticSet(int num_pairs, int num_points, Rng rng) {
           Project(problem.cameras->K2, set.cameras[pair.image2], point).transpose();
       const bool inlier = k % 3 != 0;
       if (!inlier) problem.points(k, 3) += 50.0, problem.points(k, 2) -= 30.0;
-      problem.match_ratio[k] = rng.Uniform();
-      problem.similarities.row(k) << 0.1 * (k % 7) - 0.3, 0.4 * (k % 11) - 2.0;
+      problem.snn_ratio[k] = rng.Uniform();
+      problem.scale_rotation_changes.row(k) << 0.1 * (k % 7) - 0.3, 0.4 * (k % 11) - 2.0;
       for (int d = 0; d < 8; ++d) problem.descriptors(k, d) = static_cast<float>(rng.Uniform());
       pair.truth.assignment.push_back(inlier ? 1 : 0);
     }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "lab/files/hdf5_numbers.h"
-#include "lab/truth/example.h"
+#include "lab/ground_truth/example.h"
 
 namespace diffsac::testing {
 

@@ -68,8 +68,8 @@ TEST_CASE("correspondence files of version 0.1.0 are read") {
   REQUIRE(scene.size() == 1);
   const Example pair = scene.Read(0);
   CHECK(pair.problem.points.rows() == 28);
-  CHECK(pair.problem.match_ratio.size() == 28);
-  CHECK(pair.problem.similarities.rows() == 28);
+  CHECK(pair.problem.snn_ratio.size() == 28);
+  CHECK(pair.problem.scale_rotation_changes.rows() == 28);
   CHECK(pair.problem.size1.width == 160);
   Eigen::Matrix3d shift = Eigen::Matrix3d::Identity();
   shift(0, 2) = 9.0;

@@ -41,7 +41,7 @@ TEST_CASE("milliseconds are ratios of geometric means") {
   CHECK(effects[1][2].milliseconds->low == Approx(1.0));
   ExperimentResults untimed = Additive();
   for (Cell& cell : untimed.cells)
-    for (ProblemRecord& record : cell.records) record.report.ms_total = 0.0;
+    for (ProblemRecord& record : cell.records) record.stats.ms_total = 0.0;
   CHECK_FALSE(EffectsOf(untimed, 0)[0][1].milliseconds);
 }
 

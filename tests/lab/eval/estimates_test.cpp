@@ -27,13 +27,13 @@ EstimateRecord Record(int index) {
   for (int i = 0; i < 3 * index; ++i) record.inlier_rows.push_back(2 * i);
   record.points = 100 + index;
   if (index != 1) record.pose_covariance = Eigen::MatrixXd::Identity(6, 6) * (1.0 + index);
-  if (index == 2) record.other_pose = RigidMotion{Eigen::Matrix3d::Identity(), {3, 2, 1}};
-  record.share_behind = 0.01 * index;
+  if (index == 2) record.ambiguous_pose = RigidMotion{Eigen::Matrix3d::Identity(), {3, 2, 1}};
+  record.cheirality_failure_ratio = 0.01 * index;
   if (index != 4) record.focal = FocalEstimate{{700, 700.0 + index}, {650, 660}, {720, 730}, index == 0};
-  record.translation = index == 4 ? Translation::kTurn : Translation::kDetermined;
+  record.degeneracy = index == 4 ? Degeneracy::kPureRotation : Degeneracy::kDetermined;
   record.score = 0.5 * index;
-  record.noise_scale = 0.25;
-  record.log_false_alarms = 2.5 - index;
+  record.sigma = 0.25;
+  record.log10_nfa = 2.5 - index;
   record.draws = 1000;
   record.inlier_threshold = 1.0 + index;
   if (index == 2) record.rows = {1, 5, 100000};
@@ -52,10 +52,10 @@ EstimateFile Content() {
   file.groups.push_back({"net/work", "all", {failed, Record(2)}});
   file.groups.push_back({"net/work", "none", {}});
   EstimateRecord several = Record(3), none = Record(5);
-  several.structures = {several.model, 2.0 * several.model, -several.model};
+  several.instances = {several.model, 2.0 * several.model, -several.model};
   for (int i = 0; i < several.points; ++i) several.assignment.push_back(i % 4);
   file.groups.push_back({"several", "all", {failed, several, none}});
-  several.structure_values = {0.9, 0.7, 0.4};
+  several.instance_values = {0.9, 0.7, 0.4};
   file.groups.push_back({"chosen", "all", {failed, several}});
   return file;
 }
@@ -88,9 +88,9 @@ TEST_CASE("estimates read back as they were written") {
       CHECK(a.model == b.model);
       CHECK(a.pose == b.pose);
       CHECK(a.pose_covariance == b.pose_covariance);
-      CHECK(a.translation == b.translation);
-      CHECK(a.other_pose == b.other_pose);
-      CHECK(a.share_behind == b.share_behind);
+      CHECK(a.degeneracy == b.degeneracy);
+      CHECK(a.ambiguous_pose == b.ambiguous_pose);
+      CHECK(a.cheirality_failure_ratio == b.cheirality_failure_ratio);
       REQUIRE(a.focal.has_value() == b.focal.has_value());
       if (a.focal) {
         CHECK(a.focal->focal_px == b.focal->focal_px);
@@ -101,17 +101,16 @@ TEST_CASE("estimates read back as they were written") {
       CHECK(a.inlier_rows == b.inlier_rows);
       CHECK(a.points == b.points);
       CHECK(a.score == b.score);
-      CHECK((a.noise_scale == b.noise_scale || (std::isnan(a.noise_scale) && std::isnan(b.noise_scale))));
-      CHECK((a.log_false_alarms == b.log_false_alarms ||
-             (std::isnan(a.log_false_alarms) && std::isnan(b.log_false_alarms))));
+      CHECK((a.sigma == b.sigma || (std::isnan(a.sigma) && std::isnan(b.sigma))));
+      CHECK((a.log10_nfa == b.log10_nfa || (std::isnan(a.log10_nfa) && std::isnan(b.log10_nfa))));
       CHECK(a.MayBeChance() == b.MayBeChance());
       CHECK(a.draws == b.draws);
       CHECK(a.rows == b.rows);
       CHECK((a.inlier_threshold == b.inlier_threshold ||
              (std::isnan(a.inlier_threshold) && std::isnan(b.inlier_threshold))));
-      CHECK(a.structures == b.structures);
+      CHECK(a.instances == b.instances);
       CHECK(a.assignment == b.assignment);
-      CHECK(a.structure_values == b.structure_values);
+      CHECK(a.instance_values == b.instance_values);
       CHECK(a.inlier_probabilities == b.inlier_probabilities);
     }
   }
@@ -130,7 +129,7 @@ TEST_CASE("a record has the pose of its model where there is one") {
   estimate.model = views.essential;
   estimate.inliers.assign(40, 1);
   estimate.inliers[3] = 0;
-  estimate.report.draws = 77;
+  estimate.stats.iterations = 77;
   const auto check_pose = [&](const EstimateRecord& record) {
     REQUIRE(record.pose);
     CHECK(RotationAngleDegrees(record.pose->rotation, views.pose.rotation) < 1e-6);

@@ -23,7 +23,7 @@ class TwoPointEstimator : public RobustEstimator {
  public:
   explicit TwoPointEstimator(int batch = 1, std::atomic<bool>* stop = nullptr, int stop_after = 0)
       : batch_(batch), stop_(stop), stop_after_(stop_after) {}
-  diffsac::Estimate DoRun(const SolverSpace& space, std::uint64_t seed) const override {
+  diffsac::Estimate DoRun(const NormalizedProblem& space, std::uint64_t seed) const override {
     const Problem& problem = space.problem();
     if (stop_ != nullptr && ++calls_ > stop_after_) *stop_ = true;
     int set[2];
@@ -37,7 +37,7 @@ class TwoPointEstimator : public RobustEstimator {
     for (Eigen::Index i = 0; i < problem.points.rows(); ++i)
       estimate.inliers.push_back(std::abs(problem.points.row(i).dot(normal) + estimate.model[2]) <=
                                  problem.inlier_threshold);
-    estimate.report.hypotheses = 1;
+    estimate.stats.hypotheses = 1;
     return estimate;
   }
   int PreferredBatch() const override { return batch_; }
@@ -141,8 +141,8 @@ inline ExperimentResults MadeUpResults() {
         record.error = {errors[m] * (i + 1) * (c + 1), 0.1, false};
         record.points = 30;
         record.inliers = 20;
-        record.report.hypotheses = m == 2 ? 0 : 20;
-        record.report.ms_total = 0.5;
+        record.stats.hypotheses = m == 2 ? 0 : 20;
+        record.stats.ms_total = 0.5;
         record.done = true;
         cell.records.push_back(record);
       }
@@ -163,7 +163,7 @@ inline std::string WithoutTimes(const std::string& csv) {
 
 /// Results over several structures: `first` finds all on condition 0.2 and half of them on 0.5, with sets of one
 /// structure in the same shares; `second` half of that, and the misclassification error is the share that is missing.
-inline ExperimentResults MadeUpStructures() {
+inline ExperimentResults MadeUpInstances() {
   ExperimentResults results = MadeUpResults();
   results.experiment.compare = {{"first", "second"}};
   PaperRow published;
@@ -175,9 +175,9 @@ inline ExperimentResults MadeUpStructures() {
       record.error.recall = share;
       record.error.misclassified = 100.0 * (1.0 - share);
       if (record.index == 0) record.error.misclassified /= 2.0;
-      if (cell.method < 2) record.one_structure_sets = record.structures_in_sets = share;
-      record.structure_count = 3;
-      record.report.draws = cell.method == 0 ? 20 : 0;
+      if (cell.method < 2) record.one_instance_sets = record.instances_in_sets = share;
+      record.instance_count = 3;
+      record.stats.iterations = cell.method == 0 ? 20 : 0;
     }
   return results;
 }
@@ -189,8 +189,8 @@ inline Example LinesCross() {
   example.scene = "all";
   example.problem.inlier_threshold = 0.1;
   example.problem.points.resize(36, 2);
-  example.truth.structures = {Eigen::Vector3d(0.0, 1.0, -1.0), Eigen::Vector3d(1.0, 0.0, -2.0),
-                              Eigen::Vector3d(std::sqrt(0.5), -std::sqrt(0.5), 0.0)};
+  example.truth.instances = {Eigen::Vector3d(0.0, 1.0, -1.0), Eigen::Vector3d(1.0, 0.0, -2.0),
+                             Eigen::Vector3d(std::sqrt(0.5), -std::sqrt(0.5), 0.0)};
   for (int i = 0; i < 10; ++i) {
     const double t = 0.5 * i + 0.1;
     example.problem.points.row(i) << t, 1.0;
@@ -198,7 +198,7 @@ inline Example LinesCross() {
     example.problem.points.row(20 + i) << t, t;
   }
   for (int i = 0; i < 6; ++i) example.problem.points.row(30 + i) << 3.0 + 0.3 * i, 4.2 - 0.7 * i;
-  example.truth.model = example.truth.structures[0];
+  example.truth.model = example.truth.instances[0];
   example.truth.assignment.assign(36, 0);
   for (int i = 0; i < 30; ++i) example.truth.assignment[static_cast<std::size_t>(i)] = 1 + i / 10;
   for (const std::int32_t label : example.truth.assignment) example.truth.inliers.push_back(label > 0);
@@ -210,7 +210,7 @@ inline Estimate LinesFound(const Example& example) {
   Estimate estimate;
   estimate.status = Status::kOk;
   estimate.model = example.truth.model;
-  estimate.structures = example.truth.structures;
+  estimate.instances = example.truth.instances;
   estimate.assignment = example.truth.assignment;
   estimate.inliers = example.truth.inliers;
   return estimate;

@@ -115,7 +115,7 @@ TEST_CASE("export to COLMAP: the inliers of a run as keypoints, for every task")
   }
 }
 
-// A turn in place was written as a calibrated pair, whose baseline COLMAP would have believed.
+// A pure rotation was written as a calibrated pair, whose baseline COLMAP would have believed.
 TEST_CASE("export to COLMAP: a turn is panoramic, an image with itself a watermark, F of either has a homography") {
   struct Case {
     const char* task;
@@ -194,8 +194,8 @@ TEST_CASE("export to COLMAP: images the other way round, a pair without matches"
   project.set.match_indices[1].col(0).swap(project.set.match_indices[1].col(1));
   Example& empty = project.set.pairs[0];
   empty.problem.points.resize(0, 4);
-  empty.problem.match_ratio.resize(0);
-  empty.problem.similarities.resize(0, 2);
+  empty.problem.snn_ratio.resize(0);
+  empty.problem.scale_rotation_changes.resize(0, 2);
   empty.problem.descriptors.resize(0, 0);
   empty.truth.assignment.clear();
   project.set.match_indices[0].resize(0, 2);

@@ -46,7 +46,7 @@ inline ExperimentResults MadeUpFactors(const std::function<double(std::size_t, s
         record.error.translation_deg = 0.0;
         record.points = 10 * i;
         record.inlier_share = i / 12.0;
-        record.report.ms_total = m < 3 ? 0.5 : 5.0;
+        record.stats.ms_total = m < 3 ? 0.5 : 5.0;
         record.done = true;
         cell.records.push_back(record);
       }

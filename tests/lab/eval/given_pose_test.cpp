@@ -37,13 +37,13 @@ Pair TrueEssential() {
   pair.estimate.status = Status::kOk;
   pair.estimate.model = views.essential;
   pair.estimate.inliers.assign(50, 1);
-  pair.estimate.translation = Translation::kDetermined;
+  pair.estimate.degeneracy = Degeneracy::kDetermined;
   return pair;
 }
 
 void SayTurn(Pair* pair) {
-  pair->estimate.translation = Translation::kTurn;
-  pair->estimate.turn = pair->example.truth.pose->rotation;
+  pair->estimate.degeneracy = Degeneracy::kPureRotation;
+  pair->estimate.pure_rotation = pair->example.truth.pose->rotation;
 }
 
 ExperimentOptions EssentialExperiment(bool estimates) {
@@ -86,7 +86,7 @@ TEST_CASE("the given pose is judged not the model") {
     CHECK(records[1].error.angle_deg < 1e-4);
     CHECK(records[1].error.pose_rotation_deg < 1e-4);
     CHECK(records[1].error.pose_translation_deg == 180.0);
-    CHECK(records[1].translation == Translation::kTurn);
+    CHECK(records[1].degeneracy == Degeneracy::kPureRotation);
     CHECK(records[2].error.failed);
     CHECK(records[2].error.pose_deg == 180.0);
     const auto metrics = CellMetrics(results.cells[0], results.experiment.tolerance());
@@ -121,8 +121,8 @@ TEST_CASE("tables and files have the given pose") {
   CHECK_THAT(ResultsCsv(report), Contains(",mean,all,one,mAA_pose@10deg,0.3333"));
   CHECK_THAT(
       ProblemsCsv(results),
-      Contains(",pose_rotation_deg,pose_translation_deg,pose_deg,translation,has_other_pose,error_probability\n") &&
-          Contains(",180,180,turn_in_place,0,\n") && Contains(",180,180,180,not_tested,0,\n"));
+      Contains(",pose_rotation_deg,pose_translation_deg,pose_deg,translation,has_ambiguous_pose,error_probability\n") &&
+          Contains(",180,180,pure_rotation,0,\n") && Contains(",180,180,180,not_tested,0,\n"));
 }
 
 TEST_CASE("pixel tables judge the pose at ten degrees") {
@@ -132,7 +132,7 @@ TEST_CASE("pixel tables judge the pose at ten degrees") {
 
 TEST_CASE("runs and shards keep the given pose") {
   std::vector<Pair> pairs = ThreePairs();
-  pairs[0].estimate.other_pose = RigidMotion{};
+  pairs[0].estimate.ambiguous_pose = RigidMotion{};
   const ExperimentResults results = ResultsOf(pairs);
   const TemporaryFolder folder;
   testing::WriteRun(results, folder.File("run"));
@@ -140,9 +140,9 @@ TEST_CASE("runs and shards keep the given pose") {
        {ReadRun(folder.File("run")), ReadShardRecords(ShardRecords(results, ""), "here").results}) {
     const auto& records = read.cells[0].records;
     REQUIRE(records.size() == 3);
-    CHECK(records[0].has_other_pose);
-    CHECK_FALSE(records[1].has_other_pose);
-    CHECK(records[1].translation == Translation::kTurn);
+    CHECK(records[0].has_ambiguous_pose);
+    CHECK_FALSE(records[1].has_ambiguous_pose);
+    CHECK(records[1].degeneracy == Degeneracy::kPureRotation);
     CHECK(records[1].error.pose_deg == 180.0);
     CHECK(testing::CsvOf(read) == testing::CsvOf(results));
   }

@@ -17,7 +17,7 @@ using namespace testing;
 
 /// Finds the plane z = 1, or the line y = 1, whatever the points are.
 struct AtOne : RobustEstimator {
-  diffsac::Estimate DoRun(const SolverSpace& space, std::uint64_t) const override {
+  diffsac::Estimate DoRun(const NormalizedProblem& space, std::uint64_t) const override {
     const Problem& problem = space.problem();
     diffsac::Estimate estimate;
     estimate.status = Status::kOk;
@@ -119,8 +119,8 @@ TEST_CASE("several structures have a label and a colour each") {
   record.points = 2;
   record.rows = {1, 3};
   record.inlier_threshold = 0.2;
-  record.structures = {Eigen::Vector3d(0, 1, -1), Eigen::Vector3d(1, 0, -2)};
-  record.model = record.structures[0];
+  record.instances = {Eigen::Vector3d(0, 1, -1), Eigen::Vector3d(1, 0, -2)};
+  record.model = record.instances[0];
   record.assignment = {2, 0};
   PointMatrix points(6, 2);
   points << 0, 1, 2, 5, 2, 1.1, 0, 1, 9, 9, 1.9, 0.85;
@@ -131,8 +131,8 @@ TEST_CASE("several structures have a label and a colour each") {
   CHECK(LabelsOf(record, points, 0.1) == std::vector<std::int32_t>(6, 0));
 
   const std::string ply = LabelsPly(PointMatrix::Ones(2, 3), {{"a", {2, 1}}}, 0, {});
-  CHECK(static_cast<std::uint8_t>(ply[ply.size() - 31 - 7]) == ColourParts(StructureColour(1))[0]);
-  CHECK(static_cast<std::uint8_t>(ply[ply.size() - 7]) == ColourParts(StructureColour(0))[0]);
+  CHECK(static_cast<std::uint8_t>(ply[ply.size() - 31 - 7]) == ColourParts(InstanceColour(1))[0]);
+  CHECK(static_cast<std::uint8_t>(ply[ply.size() - 7]) == ColourParts(InstanceColour(0))[0]);
 }
 
 TEST_CASE("labels are those of this run alone, of as many inputs as are asked for") {
@@ -180,7 +180,7 @@ TEST_CASE("the models of own points are the last table, with their unit") {
   failed.cells[0].records[0] = {};
   failed.cells[0].records[0].id = "scan.csv";
   failed.cells[0].records[0].status = Status::kDegenerate;
-  failed.cells[1].records[0].structures = {Eigen::Vector4d(0, 0, 1, -1), Eigen::Vector4d(1, 0, 0, 2e12)};
+  failed.cells[1].records[0].instances = {Eigen::Vector4d(0, 0, 1, -1), Eigen::Vector4d(1, 0, 0, 2e12)};
   failed.cells[1].records[0].assignment = {1, 1, 2, 0, 0, 2, 2, 0, 0};
   const Table several = ModelTable(failed);
   REQUIRE(several.rows.size() == 3);
@@ -202,7 +202,7 @@ TEST_CASE("a plane far from the origin is printed with digits enough for its own
     ProblemRecord record;
     record.status = Status::kOk;
     record.model = Eigen::Vector4d(normal[0], normal[1], normal[2], -normal.dot(point));
-    record.noise_scale = noise;
+    record.sigma = noise;
     record.largest_coordinate = far;
     Cell cell;
     cell.records = {record};

@@ -1,4 +1,4 @@
-#include "lab/eval/structures_error.h"
+#include "lab/eval/instances_error.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

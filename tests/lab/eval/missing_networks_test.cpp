@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "diffsac/network/engine/checkpoint_info.h"
+#include "diffsac/guidance/engine/checkpoint_info.h"
 #include "lab/eval/eval_fixtures.h"
 #include "lab/files/files.h"
 

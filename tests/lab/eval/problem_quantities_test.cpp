@@ -6,7 +6,7 @@
 
 #include "diffsac/geometry/pose.h"
 #include "lab/eval/eval_fixtures.h"
-#include "lab/truth/pair_truth.h"
+#include "lab/ground_truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

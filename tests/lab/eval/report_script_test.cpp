@@ -16,7 +16,7 @@ namespace diffsac {
 TEST_CASE("a script that is not there or fails does not end a run, one that cannot write does") {
   const TemporaryFolder folder;
   CHECK_FALSE(RunReportScript("no_such_script.py", {folder.path()}));
-  CHECK_FALSE(TellRun(folder.path()));  // It has no results.json.
+  CHECK_FALSE(WriteReport(folder.path()));  // It has no results.json.
   if (!HasReportPython()) return;
   std::filesystem::create_directory(folder.File("report.html"));
   CHECK_THROWS_WITH(RunReportScript("training_report.py", {folder.path()}),
@@ -44,7 +44,7 @@ TEST_CASE("half a picture of a report that was killed goes with the next report"
   }
   ::waitpid(child, nullptr, 0);
   CHECK(folder.NumEntries() == 1);
-  TellRun(folder.path());
+  WriteReport(folder.path());
   CHECK(folder.NumEntries() == 0);
 }
 

@@ -45,9 +45,9 @@ TEST_CASE("problems.csv has a line for each problem and method") {
 TEST_CASE("problems.csv has noise, pose and model where estimates are kept, with or without truth") {
   ExperimentResults results = MadeUpResults();
   Cell& cell = results.cells[0];
-  cell.records[0].noise_scale = 0.25;
+  cell.records[0].sigma = 0.25;
   cell.records[0].model = Eigen::Vector3d(1, 2, 3);
-  cell.records[0].log_false_alarms = 1.5;
+  cell.records[0].log10_nfa = 1.5;
   cell.records[1].pose = RigidMotion{Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal(), Eigen::Vector3d(0.6, 0.0, -0.8)};
   const std::string csv = ProblemsCsv(results);
   CHECK_THAT(csv, Contains("p0,all,0.2,first,ok,0.045,0.1,,,,,20,20,0,0,0,0.5,30,0,0,,0.25,,,,,,,,1 2 3,1.5,,,,,,\n"));
@@ -77,14 +77,13 @@ TEST_CASE("results.json has intervals and paired differences") {
 }
 
 TEST_CASE("problems.csv and results.json have more where several structures are judged") {
-  const ExperimentResults results = MadeUpStructures();
+  const ExperimentResults results = MadeUpInstances();
   const std::string csv = ProblemsCsv(results);
-  CHECK_THAT(
-      csv.substr(0, csv.find('\n')),
-      Catch::EndsWith(",tz,model,log_false_alarms,inlier_share,true_rotation_deg,true_baseline,true_parallax_deg,"
-                      "rotation_level,translation_level,"
-                      "misclassified,recall,"
-                      "one_structure_sets,structures_in_sets,structures,draws,structure_angles_deg"));
+  CHECK_THAT(csv.substr(0, csv.find('\n')),
+             Catch::EndsWith(",tz,model,log10_nfa,inlier_share,true_rotation_deg,true_baseline,true_parallax_deg,"
+                             "rotation_level,translation_level,"
+                             "misclassified,recall,"
+                             "one_structure_sets,structures_in_sets,structures,draws,structure_angles_deg"));
   CHECK_THAT(
       csv,
       Contains("p1,all,0.5,second,ok,0.48,0.1,,,,,20,20,0,0,0,0.5,30,0,0,,,,,,,,,,,,,,,,,,75,0.25,0.25,0.25,3,0,\n"));

@@ -40,14 +40,14 @@ TEST_CASE("a run's folder reads back as the results that were written") {
 
 TEST_CASE("a run over several structures reads back too") {
   const TemporaryFolder folder;
-  ExperimentResults results = MadeUpStructures();
-  results.cells[0].records[0].one_structure_sets = std::nan("");
+  ExperimentResults results = MadeUpInstances();
+  results.cells[0].records[0].one_instance_sets = std::nan("");
   WriteRun(results, folder.File("run"));
   const ExperimentResults read = ReadRun(folder.File("run"));
   CHECK(ResultsCsv(MakeReport(read)) == ResultsCsv(MakeReport(results)));
   CHECK(ProblemsCsv(read) == ProblemsCsv(results));
   CHECK(read.experiment.paper[0].second.values.at("0.5").misclassification == 5.25);
-  CHECK(read.cells[0].records[0].report.draws == 20);
+  CHECK(read.cells[0].records[0].stats.iterations == 20);
 }
 
 TEST_CASE("a run with learned rows reads back, which a dangling list of them once broke") {

@@ -74,7 +74,7 @@ const RegisteredDataset<ManyLinesOptions> kManyLines("many_lines", DataSource::k
 class WaitedFor : public TwoPointEstimator {
  public:
   using TwoPointEstimator::TwoPointEstimator;
-  diffsac::Estimate DoRun(const SolverSpace& problem, std::uint64_t seed) const override {
+  diffsac::Estimate DoRun(const NormalizedProblem& problem, std::uint64_t seed) const override {
     --g_waiting;
     return TwoPointEstimator::DoRun(problem, seed);
   }
@@ -138,7 +138,7 @@ TEST_CASE("grouped scenes are one scene") {
 class SayingEstimator : public TwoPointEstimator {
  public:
   explicit SayingEstimator(bool probabilities) : probabilities_(probabilities) {}
-  diffsac::Estimate DoRun(const SolverSpace& problem, std::uint64_t seed) const override {
+  diffsac::Estimate DoRun(const NormalizedProblem& problem, std::uint64_t seed) const override {
     diffsac::Estimate estimate = TwoPointEstimator::DoRun(problem, seed);
     estimate.inlier_probabilities.assign(static_cast<std::size_t>(problem.points().rows()), 0.9f);
     return estimate;

@@ -37,12 +37,12 @@ std::vector<ShardContent> RunShards(const ExperimentOptions& experiment, int cou
 class BatchSensitive : public TwoPointEstimator {
  public:
   using TwoPointEstimator::TwoPointEstimator;
-  std::vector<diffsac::Estimate> DoRunBatch(std::span<const SolverSpace> problems,
+  std::vector<diffsac::Estimate> DoRunBatch(std::span<const NormalizedProblem> problems,
                                             std::span<const std::uint64_t> seeds) const override {
     std::vector<diffsac::Estimate> estimates;
     for (std::size_t i = 0; i < problems.size(); ++i) {
       estimates.push_back(DoRun(problems[i], seeds[i]));
-      estimates.back().report.hypotheses = static_cast<int>(problems.size());
+      estimates.back().stats.hypotheses = static_cast<int>(problems.size());
     }
     return estimates;
   }
@@ -95,7 +95,7 @@ TEST_CASE("methods see the same batches in any sharding") {
   };
   const auto merged = MergeShards({run({1, 2}), run({2, 2})});
   CHECK(WithoutTimes(CsvOf(merged)) == WithoutTimes(CsvOf(run({1, 1}).results)));
-  CHECK(merged.Find(0, 0)->records.back().report.hypotheses == 8);  // 40 problems: 16, 16, 8
+  CHECK(merged.Find(0, 0)->records.back().stats.hypotheses == 8);  // 40 problems: 16, 16, 8
 }
 
 TEST_CASE("a shard's records read back to the same bits") {
@@ -110,13 +110,13 @@ TEST_CASE("a shard's records read back to the same bits") {
   record.all_inlier_sets = 1.0 / 3.0;
   record.error.misclassified = 100.0 / 7.0;
   record.error.recall = 2.0 / 3.0;
-  record.one_structure_sets = 1.0 / 20.0;
-  record.structures_in_sets = 0.1 + 0.2;
+  record.one_instance_sets = 1.0 / 20.0;
+  record.instances_in_sets = 0.1 + 0.2;
   record.inlier_share = 1.0 / 9.0;
   record.true_rotation_deg = 0.7;
   record.levels = {0.1 + 0.2, 1.0};
-  record.structure_count = 3;
-  record.report = {7, 5, 1e-300, 1.0 / 7.0, 3.0, 1e300, 5'000'000'000};
+  record.instance_count = 3;
+  record.stats = {7, 5, 1e-300, 1.0 / 7.0, 3.0, 1e300, 5'000'000'000};
   const ShardContent content = ReadShardRecords(ShardRecords(results, "device: cpu\n"), "here");
   CHECK(content.setup == "device: cpu\n");
   const ProblemRecord& read = content.results.cells[1].records[2];
@@ -132,20 +132,20 @@ TEST_CASE("a shard's records read back to the same bits") {
   CHECK(read.all_inlier_sets == record.all_inlier_sets);
   CHECK(read.error.misclassified == record.error.misclassified);
   CHECK(read.error.recall == record.error.recall);
-  CHECK(read.one_structure_sets == record.one_structure_sets);
-  CHECK(read.structures_in_sets == record.structures_in_sets);
+  CHECK(read.one_instance_sets == record.one_instance_sets);
+  CHECK(read.instances_in_sets == record.instances_in_sets);
   CHECK(read.inlier_share == record.inlier_share);
   CHECK(read.true_rotation_deg == record.true_rotation_deg);
   CHECK(std::isnan(read.true_baseline));
   CHECK(read.levels.rotation == record.levels.rotation);
   CHECK(read.levels.translation == 1.0);
-  CHECK(read.structure_count == 3);
-  CHECK(read.report.draws == 5'000'000'000);
+  CHECK(read.instance_count == 3);
+  CHECK(read.stats.iterations == 5'000'000'000);
   CHECK(std::isnan(content.results.cells[1].records[1].error.recall));
-  CHECK(read.report.unique_minimal_sets == 5);
-  CHECK(read.report.ms_features == record.report.ms_features);
-  CHECK(read.report.ms_network == record.report.ms_network);
-  CHECK(read.report.ms_total == record.report.ms_total);
+  CHECK(read.stats.unique_minimal_sets == 5);
+  CHECK(read.stats.ms_features == record.stats.ms_features);
+  CHECK(read.stats.ms_network == record.stats.ms_network);
+  CHECK(read.stats.ms_total == record.stats.ms_total);
   CHECK(CsvOf(content.results) == CsvOf(results));
   CHECK(ProblemsCsv(content.results) == ProblemsCsv(results));
   CHECK(MarkdownReport(MakeReport(content.results)) == MarkdownReport(MakeReport(results)));

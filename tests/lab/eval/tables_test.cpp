@@ -116,7 +116,7 @@ TEST_CASE("one scene needs no tables by scene") {
 }
 
 TEST_CASE("several structures have tables of misclassification, recall and sets instead") {
-  const ExperimentResults results = testing::MadeUpStructures();
+  const ExperimentResults results = testing::MadeUpInstances();
   const std::vector<Table> tables = TablesOf(results);
   REQUIRE(tables.size() == 5);
   // Of 50 % on three problems and 25 % on one the mean is 43.75.
@@ -145,7 +145,7 @@ TEST_CASE("several structures have tables of misclassification, recall and sets 
 }
 
 TEST_CASE("structures of several scenes: errors over all problems, as the papers have them") {
-  ExperimentResults results = testing::MadeUpStructures();
+  ExperimentResults results = testing::MadeUpInstances();
   for (Cell& cell : results.cells) cell.records[0].scene = "another";
   const std::vector<Table> tables = TablesOf(results);
   CHECK(tables[0].rows[0].cells[2] == "43.75");

@@ -13,7 +13,7 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/data/two_view_test_util.h"
 #include "lab/files/files.h"
-#include "lab/truth/pair_truth.h"
+#include "lab/ground_truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -69,8 +69,8 @@ TEST_CASE("correspondences survive the way through the files without loss") {
     } else {
       CHECK(Same(read.problem.points, written.problem.points));
     }
-    CHECK(Same(read.problem.match_ratio, written.problem.match_ratio));
-    CHECK(Same(read.problem.similarities, written.problem.similarities));
+    CHECK(Same(read.problem.snn_ratio, written.problem.snn_ratio));
+    CHECK(Same(read.problem.scale_rotation_changes, written.problem.scale_rotation_changes));
     CHECK(Same(read.problem.descriptors, written.problem.descriptors));
     REQUIRE(read.problem.cameras);
     CHECK(Same(read.problem.cameras->K1, written.problem.cameras->K1));
@@ -97,8 +97,8 @@ TEST_CASE("matches alone are enough, and what can be derived is") {
   const CorrespondenceSet full = set;
   set.cameras.clear();
   for (Example& pair : set.pairs) {
-    pair.problem.match_ratio.resize(0);
-    pair.problem.similarities.resize(0, 2);
+    pair.problem.snn_ratio.resize(0);
+    pair.problem.scale_rotation_changes.resize(0, 2);
     pair.problem.descriptors.resize(0, 0);
     pair.problem.cameras.reset();
     pair.problem.size1 = {};
@@ -108,7 +108,7 @@ TEST_CASE("matches alone are enough, and what can be derived is") {
   CHECK(std::distance(std::filesystem::directory_iterator(folder / "bare"), {}) == 1);
   const Example bare = CorrespondenceScene(folder / "bare").Read(0);
   CHECK(!bare.problem.cameras);
-  CHECK(bare.problem.match_ratio.size() == 0);
+  CHECK(bare.problem.snn_ratio.size() == 0);
   CHECK(bare.problem.size1 == ImageSize{});
   CHECK((!bare.truth.motion && !bare.truth.essential && !bare.truth.fundamental && bare.truth.assignment.empty()));
   CHECK(TruthDistances(bare.problem, bare.truth).size() == 0);
@@ -123,11 +123,11 @@ TEST_CASE("matches alone are enough, and what can be derived is") {
   // The first set again in the folder of a fuller one: nothing of that one may remain.
   WriteCorrespondences(folder / "full", full);
   set.cameras.clear();
-  for (Example& pair : set.pairs) pair.truth = {}, pair.problem.match_ratio.resize(0);
+  for (Example& pair : set.pairs) pair.truth = {}, pair.problem.snn_ratio.resize(0);
   WriteCorrespondences(folder / "full", set);
   const Example again = CorrespondenceScene(folder / "full").Read(0);
   CHECK(!again.truth.fundamental);
-  CHECK(again.problem.match_ratio.size() == 0);
+  CHECK(again.problem.snn_ratio.size() == 0);
 }
 
 TEST_CASE("a pair without matches goes with the others") {
@@ -135,15 +135,15 @@ TEST_CASE("a pair without matches goes with the others") {
   CorrespondenceSet set = SyntheticSet(3, 12, Rng(3));
   Example& empty = set.pairs[1];
   empty.problem.points.resize(0, 4);
-  empty.problem.match_ratio.resize(0);
-  empty.problem.similarities.resize(0, 2);
+  empty.problem.snn_ratio.resize(0);
+  empty.problem.scale_rotation_changes.resize(0, 2);
   empty.problem.descriptors.resize(0, 8);
   empty.truth.assignment.clear();
   WriteCorrespondences(folder / "scene", set);
   const CorrespondenceScene scene(folder / "scene");
   CHECK(scene.Read(1).problem.points.rows() == 0);
   CHECK(scene.Read(1).problem.points.cols() == 4);
-  CHECK(scene.Read(2).problem.match_ratio.size() == 12);
+  CHECK(scene.Read(2).problem.snn_ratio.size() == 12);
 }
 
 TEST_CASE("correspondences from elsewhere: other types and shapes, a homography's key") {
@@ -166,7 +166,7 @@ TEST_CASE("correspondences from elsewhere: other types and shapes, a homography'
   CHECK(pair.id == "v_artisans_1_6");
   CHECK(pair.image1.empty());
   CHECK(pair.problem.points(1, 2) == 7.5);
-  CHECK(pair.problem.match_ratio == Eigen::Vector2d(0.5, 0.5));
+  CHECK(pair.problem.snn_ratio == Eigen::Vector2d(0.5, 0.5));
   CHECK(*pair.truth.homography == Eigen::Matrix3d::Constant(0.5));
   PutRaw(path + "/R.h5", "v", {3, 3});
   PutRaw(path + "/T.h5", "v", {3, 1});
@@ -182,7 +182,7 @@ TEST_CASE("Scores have a file of their own, beside which there are no ratios") {
   CHECK_FALSE(std::filesystem::exists(path + "/match_conf.h5"));
   const Problem read = CorrespondenceScene(path).Read(0).problem;
   CHECK(read.scored);
-  CHECK(read.match_ratio.isApprox(set.pairs[0].problem.match_ratio, 1e-15));
+  CHECK(read.snn_ratio.isApprox(set.pairs[0].problem.snn_ratio, 1e-15));
   for (const auto& [shape, value, error] :
        {std::tuple(19, 0.5, "expected 20 values"), std::tuple(20, 1.5, "expected scores from 0 to 1"),
         std::tuple(20, std::nan(""), "expected scores from 0 to 1")}) {
@@ -278,13 +278,14 @@ TEST_CASE("sets that cannot be written are refused and leave no readable folder"
   CHECK(Has(error([](auto& s) { s.pairs[1].id = s.pairs[0].id; }), "two pairs"));
   CHECK(Has(error([](auto& s) { s.pairs[1].id = "a/b"; }), "name a data set"));
   CHECK(Has(error([](auto& s) { s.cameras.erase(s.pairs[1].image1); }), "camera"));
-  CHECK(Has(error([](auto& s) { s.pairs[1].problem.match_ratio.conservativeResize(3); }), "not N"));
-  CHECK(Has(error([](auto& s) { s.pairs[1].problem.similarities.conservativeResize(3, 2); }), "not N"));
-  CHECK(Has(error([](auto& s) { s.pairs[1].problem.similarities.resize(0, 0); }), "similarities.h5: only 2 of 3"));
-  CHECK(Has(error([](auto& s) { s.pairs[1].problem.similarities(2, 1) = std::nan(""); }), "not finite"));
+  CHECK(Has(error([](auto& s) { s.pairs[1].problem.snn_ratio.conservativeResize(3); }), "not N"));
+  CHECK(Has(error([](auto& s) { s.pairs[1].problem.scale_rotation_changes.conservativeResize(3, 2); }), "not N"));
+  CHECK(Has(error([](auto& s) { s.pairs[1].problem.scale_rotation_changes.resize(0, 0); }),
+            "similarities.h5: only 2 of 3"));
+  CHECK(Has(error([](auto& s) { s.pairs[1].problem.scale_rotation_changes(2, 1) = std::nan(""); }), "not finite"));
   CHECK(Has(error([](auto& s) { s.pairs[1].problem.points.conservativeResize(8, 3); }), "Nx4"));
   CHECK(Has(error([](auto& s) { s.pairs[1].truth.fundamental.reset(); }), "Fgt.h5: only 2 of 3"));
-  CHECK(Has(error([](auto& s) { s.pairs[1].problem.match_ratio.resize(0); }), "match_conf.h5: only 2 of 3"));
+  CHECK(Has(error([](auto& s) { s.pairs[1].problem.snn_ratio.resize(0); }), "match_conf.h5: only 2 of 3"));
   CHECK(!std::filesystem::exists(path));
   // A mistake that is seen beforehand leaves an earlier set alone.
   WriteCorrespondences(path, good);

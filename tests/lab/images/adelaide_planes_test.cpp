@@ -6,7 +6,7 @@
 #include "core/errors.h"
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/homography.h"
-#include "lab/truth/pair_truth.h"
+#include "lab/ground_truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -36,7 +36,7 @@ struct House {
     };
     for (int i = 0; i < 40; ++i) set(i, extent, 40.0, noise * rng.Normal());
     for (int i = 0; i < others; ++i) set(40 + i, 500.0, -300.0, 0.0);
-    if (!labels) problem.match_ratio = Eigen::VectorXd::Constant(40 + others, 0.5);
+    if (!labels) problem.snn_ratio = Eigen::VectorXd::Constant(40 + others, 0.5);
     pair.truth.fundamental.emplace();
     *pair.truth.fundamental << 0, 0, 0, 0, 0, -1, 0, 1, 0;
     return pair;
@@ -67,7 +67,7 @@ TEST_CASE("AdelaideRMF's planes: the homography of the dominant one, of every ot
   CHECK((*pair.truth.homography / (*pair.truth.homography)(2, 2) - shift).norm() < 1e-6);
   // Not both: which plane is meant is the homography's to say.
   CHECK_FALSE(pair.truth.fundamental);
-  CHECK(pair.problem.match_ratio.size() == 50);
+  CHECK(pair.problem.snn_ratio.size() == 50);
   CHECK((TruthDistances(pair.problem, pair.truth).array() < 1e-6).count() == 40);
 }
 

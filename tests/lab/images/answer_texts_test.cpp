@@ -10,8 +10,8 @@
 #include "diffsac/core/random.h"
 #include "diffsac/problem/tasks.h"
 #include "geometry/two_view_problems.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/vanishing_text.h"
-#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -39,8 +39,8 @@ Answered AnsweredPair(Task task, int points) {
   answered.estimate.model = problem.cameras ? ModelParameters(random.essential) : ModelParameters(random.fundamental);
   answered.estimate.inliers.assign(static_cast<std::size_t>(points), 1);
   std::fill_n(answered.estimate.inliers.begin(), 12, 0);
-  answered.estimate.noise_scale = 0.25;
-  answered.estimate.report.ms_consensus = answered.estimate.report.ms_total = 3.5;
+  answered.estimate.sigma = 0.25;
+  answered.estimate.stats.ms_consensus = answered.estimate.stats.ms_total = 3.5;
   return answered;
 }
 
@@ -93,42 +93,43 @@ TEST_CASE("the text and the JSON have the pose's standard deviations and the foc
 TEST_CASE("the text and the JSON have no digits of a translation that is not determined, and say why") {
   Answered answered = AnsweredPair(TaskFromString("essential"), 60);
   Estimate& estimate = answered.estimate;
-  estimate.turn = Eigen::Matrix3d::Identity();
-  for (const auto& [translation, why] : {std::pair{Translation::kTurn, "t is not determined: the camera only turned"},
-                                         {Translation::kStatic, "t is not determined: the images show no motion"}}) {
-    estimate.translation = translation;
+  estimate.pure_rotation = Eigen::Matrix3d::Identity();
+  for (const auto& [translation, why] :
+       {std::pair{Degeneracy::kPureRotation, "t is not determined: the camera only turned"},
+        {Degeneracy::kStatic, "t is not determined: the images show no motion"}}) {
+    estimate.degeneracy = translation;
     const std::string text = PairText(answered.pair, estimate, {});
     CHECK_THAT(text, Contains(why) && !Contains("t =") && !Contains("E ="));
-    CHECK((text.find("R = ") != std::string::npos) == (translation == Translation::kTurn));
+    CHECK((text.find("R = ") != std::string::npos) == (translation == Degeneracy::kPureRotation));
     const auto json = nlohmann::json::parse(PairJson(answered.pair, estimate, {}));
     CHECK(json.at("translation") == ToString(translation));
     CHECK(json.at("pose").at("t").is_null());
     CHECK(json.at("pose").at("R").size() == 3);
   }
   Answered plane = AnsweredPair(TaskFromString("fundamental"), 60);
-  plane.estimate.translation = Translation::kPlane;
+  plane.estimate.degeneracy = Degeneracy::kPlane;
   CHECK_THAT(
       PairText(plane.pair, plane.estimate, {}),
       Contains("F is not determined: the matches lie on one plane, or the camera only turned") && !Contains("F ="));
-  CHECK(UndeterminedText(Translation::kLine, TaskFromString("homography")) ==
+  CHECK(UndeterminedText(Degeneracy::kLine, TaskFromString("homography")) ==
         "H is not determined: the matches lie on one line");
-  CHECK(UndeterminedText(Translation::kDetermined, TaskFromString("essential")).empty());
+  CHECK(UndeterminedText(Degeneracy::kDetermined, TaskFromString("essential")).empty());
 }
 
 TEST_CASE("the other motion of a plane is told, a turn's homography has its rotation, one without cameras no pose") {
   Answered answered = AnsweredPair(Task::kEssential, 60);
-  answered.estimate.other_pose = RigidMotion{Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitY()};
+  answered.estimate.ambiguous_pose = RigidMotion{Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitY()};
   CHECK_THAT(PairText(answered.pair, answered.estimate, {}),
              Contains("the matches lie on one plane, and this motion explains them as well:\n  R = ") &&
                  Contains("t =  (0.000000, 1.000000, 0.000000)"));
   const auto json = nlohmann::json::parse(PairJson(answered.pair, answered.estimate, {}));
-  CHECK(json.at("other_pose").at("t")[1] == 1.0);
+  CHECK(json.at("ambiguous_pose").at("t")[1] == 1.0);
   Answered plane = AnsweredPair(Task::kHomography, 60);
   CHECK_THAT(PairText(plane.pair, plane.estimate, {}), Contains("H = ") && Contains("no pose: that of a homography"));
-  CHECK(nlohmann::json::parse(PairJson(plane.pair, plane.estimate, {})).at("other_pose").is_null());
+  CHECK(nlohmann::json::parse(PairJson(plane.pair, plane.estimate, {})).at("ambiguous_pose").is_null());
   plane.pair.problem.cameras = CameraPair{Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()};
-  plane.estimate.translation = Translation::kTurn;
-  plane.estimate.turn = Eigen::Matrix3d::Identity();
+  plane.estimate.degeneracy = Degeneracy::kPureRotation;
+  plane.estimate.pure_rotation = Eigen::Matrix3d::Identity();
   CHECK_THAT(PairText(plane.pair, plane.estimate, {}),
              Contains("H = ") && Contains("R = ") && Contains("t is not determined: the camera only turned"));
 }
@@ -200,10 +201,10 @@ TEST_CASE("matches are written with all digits") {
   for (int i = 0; i < 60; ++i) {
     double value = 0.0;
     for (int c = 0; c < 4; ++c) CHECK((lines >> value && value == problem.points(i, c)));
-    CHECK((lines >> value && value == (problem.match_ratio.size() > 0 ? problem.match_ratio[i] : 1.0)));
+    CHECK((lines >> value && value == (problem.snn_ratio.size() > 0 ? problem.snn_ratio[i] : 1.0)));
   }
   Problem framed = problem;
-  framed.similarities = PointMatrix::Constant(60, 2, 0.25);
+  framed.scale_rotation_changes = PointMatrix::Constant(60, 2, 0.25);
   CHECK(MatchesText(framed).starts_with(text.substr(0, text.find('\n')) + " 0.25 0.25\n"));
 }
 
@@ -215,13 +216,13 @@ TEST_CASE("the JSON says the same") {
   CHECK(json.at("inliers")[0] == 12);
   CHECK(json.at("model").size() == 9);
   CHECK(json.at("pose").at("R").size() == 3);
-  CHECK(json.at("noise_scale_px") == 0.25);
+  CHECK(json.at("sigma_px") == 0.25);
   CHECK_FALSE(json.at("may_be_chance").get<bool>());
-  CHECK(json.at("repeated_rows") == 0);
+  CHECK(json.at("num_duplicates") == 0);
   Estimate repeated = answered.estimate;
-  repeated.repeated_rows = 3;
-  repeated.rows_left_out = 2;
-  CHECK(nlohmann::json::parse(PairJson(answered.pair, repeated, {})).at("rows_left_out") == 2);
+  repeated.num_duplicates = 3;
+  repeated.num_nonfinite = 2;
+  CHECK(nlohmann::json::parse(PairJson(answered.pair, repeated, {})).at("num_nonfinite") == 2);
   CHECK_THAT(PairText(answered.pair, repeated, {}), Contains(": 60 matches, 3 repeated, 2 not finite\n"));
   Estimate ignored = answered.estimate;
   ignored.scores_ignored = true;

@@ -56,7 +56,7 @@ TEST_CASE("pairs of a COLMAP database: our pixels without distortion, K, sizes, 
   const Problem& problem = pair.problem;
   CHECK(problem.size1 == ImageSize{640, 480});
   CHECK(scene.Read(0).problem.size2 == ImageSize{200, 180});
-  CHECK(problem.match_ratio.size() == 0);
+  CHECK(problem.snn_ratio.size() == 0);
   REQUIRE(problem.cameras);
   CHECK(problem.cameras->K1 == (Eigen::Matrix3d() << 500, 0, 319.5, 0, 500, 239.5, 0, 0, 1).finished());
   CHECK(scene.ReadMatchIndices("a_1-sub_b", 30) == Crossed(30));
@@ -120,9 +120,9 @@ TEST_CASE("pairs of a COLMAP database: ratios from descriptors, where they are a
   maker.AddDescriptors(2, second);
   REQUIRE(RunPairs(request, kNeverStop).finished);
   const Problem problem = CorrespondenceScene(folder / "pairs/photos").Read(0).problem;
-  REQUIRE(problem.match_ratio.size() == 2);
-  CHECK(problem.match_ratio[0] == 1.0);
-  CHECK(problem.match_ratio[1] == Approx(0.0).margin(1e-6));
+  REQUIRE(problem.snn_ratio.size() == 2);
+  CHECK(problem.snn_ratio[0] == 1.0);
+  CHECK(problem.snn_ratio[1] == Approx(0.0).margin(1e-6));
   request.format = "images";
   CHECK(Has(ErrorOf([&] { RunPairs(request, kNeverStop); }), "--ratios is not for images"));
 }

@@ -6,15 +6,15 @@
 #include <sstream>
 
 #include "core/temporary_folder.h"
-#include "diffsac/estimators/robust_estimator.h"
+#include "diffsac/estimate/robust_estimator.h"
 #include "lab/colmap/database.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
 #include "lab/files/files.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/image_test_util.h"
 #include "lab/images/match_pair.h"
 #include "lab/images/photograph_results.h"
-#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

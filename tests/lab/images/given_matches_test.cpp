@@ -11,10 +11,10 @@
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/problem/tasks.h"
+#include "guidance/captured_log.h"
 #include "lab/colmap/create.h"
 #include "lab/colmap/two_view_geometries.h"
 #include "lab/files/files.h"
-#include "network/captured_log.h"
 
 namespace diffsac {
 namespace {
@@ -68,7 +68,7 @@ TEST_CASE("a folder of matches is a folder of pairs, bad files are left out, and
   CHECK(given.set.pairs[2].id == "wall");
   CHECK(given.set.pairs[2].image1.empty());
   for (const Example& pair : given.set.pairs) {
-    CHECK(pair.problem.match_ratio.size() == 0);
+    CHECK(pair.problem.snn_ratio.size() == 0);
     CHECK(pair.problem.size2.width == 320);
     REQUIRE(pair.problem.cameras);
     CHECK(pair.problem.cameras->K1(0, 0) == 300.0);
@@ -158,7 +158,7 @@ TEST_CASE("points of a known scene: x y X Y Z by place, or by name, with a calib
   const Problem problem = ReadScenePoints({folder.File("points.txt"), {}}, kCalibration).pair.problem;
   CHECK(problem.task == Task::kAbsolutePose);
   CHECK(problem.points.row(1) == Eigen::Matrix<double, 1, 5>(4, 5, 6, 30, 40));
-  CHECK(problem.match_ratio[1] == 0.25);
+  CHECK(problem.snn_ratio[1] == 0.25);
   WriteFileAtomically(folder.File("named.csv"), "z,y,x,v,u\n3,2,1,20,10\n");
   const Problem named = ReadScenePoints({folder.File("named.csv"), {}}, kCalibration).pair.problem;
   CHECK(named.points.row(0) == Eigen::Matrix<double, 1, 5>(1, 2, 3, 10, 20));

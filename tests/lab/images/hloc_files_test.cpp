@@ -85,14 +85,14 @@ TEST_CASE("hloc: sizes and angles of keypoints, where all images have them") {
     });
     REQUIRE(RunPairs(RequestFor(folder), kNeverStop).written == 1);
     const CorrespondenceScene scene(folder / "pairs/matches");
-    const PointMatrix found = scene.Read(0).problem.similarities;
+    const PointMatrix found = scene.Read(0).problem.scale_rotation_changes;
     REQUIRE(found.rows() == (all ? 2 : 0));
     if (!all) continue;
     CHECK(found(0, 0) == Approx(std::log(5.0 / 2.0)));
     CHECK(found(0, 1) == Approx(0.0).margin(1e-6));
     CHECK(found(1, 0) == Approx(std::log(4.0 / 3.0)));
     CHECK(found(1, 1) == Approx(65.0 * std::numbers::pi / 180.0));
-    CHECK(scene.Read(1).problem.similarities.isZero());
+    CHECK(scene.Read(1).problem.scale_rotation_changes.isZero());
   }
   TemporaryFolder folder;
   WriteFeatureFile(folder / "features.h5", [](FeatureFile& file) {
@@ -123,7 +123,7 @@ TEST_CASE("hloc: pairs in both forms of names, scores, sizes, a calibration") {
   CHECK(old.points.row(0) == Eigen::RowVector4d(1, 5.5, 32, 8.5));
   CHECK(old.points.row(1) == Eigen::RowVector4d(21, 7.5, 2, 5.5));
   CHECK(old.scored);
-  CHECK(old.match_ratio == Eigen::Vector2d(0.75, 0.875));
+  CHECK(old.snn_ratio == Eigen::Vector2d(0.75, 0.875));
   CHECK_FALSE(fs::exists(folder / "pairs/matches/match_conf.h5"));
   CHECK(old.size1 == ImageSize{320, 240});
   REQUIRE(old.cameras);
@@ -144,7 +144,7 @@ TEST_CASE("hloc: a folder with one file of each kind") {
   REQUIRE(RunPairs(RequestFor(folder, "outputs"), kNeverStop).written == 1);
   const Problem problem = CorrespondenceScene(folder / "pairs/outputs").Read(0).problem;
   CHECK(problem.points.rows() == 3);
-  CHECK(problem.match_ratio.size() == 0);
+  CHECK(problem.snn_ratio.size() == 0);
   fs::copy_file(other / "features.h5", folder / "outputs/others.h5");
   PairsRequest request = RequestFor(folder, "outputs");
   request.scene = "again";

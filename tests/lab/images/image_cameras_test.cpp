@@ -5,9 +5,9 @@
 
 #include "core/errors.h"
 #include "core/temporary_folder.h"
+#include "guidance/captured_log.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/exif_test_util.h"
-#include "network/captured_log.h"
 
 namespace diffsac {
 namespace {

@@ -195,13 +195,13 @@ TEST_CASE("an image turned and enlarged has keypoints turned and enlarged as muc
       const ImageFeatures first = ExtractFeatures(source.images[0].path, options);
       const ImageFeatures second = ExtractFeatures(source.images[1].path, options);
       const Problem problem = MatchPair(source, {0, 1, {}}, first, second, DistanceOf(kind)).example.problem;
-      REQUIRE(problem.similarities.rows() == problem.points.rows());
+      REQUIRE(problem.scale_rotation_changes.rows() == problem.points.rows());
       std::vector<double> scales, turns;
       for (Eigen::Index i = 0; i < problem.points.rows(); ++i) {
         const Eigen::Vector2d expected = warp.leftCols<2>() * problem.points.row(i).head<2>().transpose() + warp.col(2);
         if ((expected - problem.points.row(i).tail<2>().transpose()).norm() > 1.5) continue;
-        scales.push_back(problem.similarities(i, 0) - std::log(scale));
-        turns.push_back(std::remainder(problem.similarities(i, 1) - angle, 2.0 * std::numbers::pi));
+        scales.push_back(problem.scale_rotation_changes(i, 0) - std::log(scale));
+        turns.push_back(std::remainder(problem.scale_rotation_changes(i, 1) - angle, 2.0 * std::numbers::pi));
       }
       REQUIRE(scales.size() > 50);
       std::sort(scales.begin(), scales.end());

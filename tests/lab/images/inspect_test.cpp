@@ -39,12 +39,12 @@ TEST_CASE("inspect finds what is wrong with a scene") {
 
   CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.points(0, 0) = std::nan(""); }), "not finite"));
   CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.points(0, 0) = 5000; }), "outside"));
-  CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.match_ratio[3] = 1.5; }), "ratio"));
+  CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.snn_ratio[3] = 1.5; }), "ratio"));
   CHECK(Has(problems_of([](auto& s) { s.pairs[1].truth.fundamental->transposeInPlace(); }), "disagree"));
   CHECK(Has(problems_of([](auto& s) { s.pairs[1].truth.essential->transposeInPlace(); }), "disagree"));
   CHECK(Has(problems_of([](auto& s) { s.pairs[1].problem.points.col(1).array() += 60.0; }), "near the truth"));
   CHECK(summary_of([](auto& s) { s.pairs[0].problem.points.row(4) = s.pairs[0].problem.points.row(3); }).repeats == 1);
-  CHECK(Has(SummaryText({summary_of([](auto& s) { s.pairs[1].problem.match_ratio[3] = -1; })}, 1.0), "1 bad"));
+  CHECK(Has(SummaryText({summary_of([](auto& s) { s.pairs[1].problem.snn_ratio[3] = -1; })}, 1.0), "1 bad"));
 }
 
 }  // namespace diffsac

@@ -8,10 +8,10 @@
 #include "core/errors.h"
 #include "diffsac/core/status.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/image_source.h"
 #include "lab/images/modelnet_pairs.h"
 #include "lab/images/warp_images.h"
-#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {

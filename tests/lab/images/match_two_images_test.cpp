@@ -8,11 +8,11 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
 #include "lab/files/files.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/exif_test_util.h"
 #include "lab/images/image_test_util.h"
 #include "lab/images/pictures.h"
-#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -38,8 +38,8 @@ TEST_CASE("two images are matched as pairs are, whatever folders they are in") {
   const Example& pair = matched.pair;
   CHECK(pair.id == "a_1-b");
   CHECK(pair.problem.size2.width == 320);
-  CHECK(pair.problem.match_ratio.size() == pair.problem.points.rows());
-  CHECK(pair.problem.similarities.rows() == pair.problem.points.rows());
+  CHECK(pair.problem.snn_ratio.size() == pair.problem.points.rows());
+  CHECK(pair.problem.scale_rotation_changes.rows() == pair.problem.points.rows());
   REQUIRE(pair.problem.cameras);
   CHECK(pair.problem.cameras->K2(0, 0) == 300.0);
   CHECK(matched.ms_keypoints > 0.0);
@@ -71,12 +71,12 @@ TEST_CASE("without a calibration the focal lengths of EXIF data are hints") {
   exif.shorts[0xA405] = 26;
   WriteFileAtomically(views.second, WithExif(ReadFile(views.second), exif.ToString()));
   const Problem problem = MatchTwoImages(views.first, views.second, {}, {}).pair.problem;
-  CHECK_FALSE(problem.hint1.focal);
-  REQUIRE(problem.hint2.focal);
-  CHECK(problem.hint2.focal->focal == Approx(26.0 / std::hypot(36.0, 24.0) * 400.0));
-  CHECK(problem.hint2.focal->log_sigma == kExifLogSigma);
+  CHECK_FALSE(problem.camera_prior1.focal);
+  REQUIRE(problem.camera_prior2.focal);
+  CHECK(problem.camera_prior2.focal->focal == Approx(26.0 / std::hypot(36.0, 24.0) * 400.0));
+  CHECK(problem.camera_prior2.focal->log_sigma == kExifLogSigma);
   const Problem calibrated = MatchTwoImages(views.first, views.second, {}, {"", 300.0, {159.5, 119.5}}).pair.problem;
-  CHECK_FALSE(calibrated.hint2.focal);
+  CHECK_FALSE(calibrated.camera_prior2.focal);
 }
 
 TEST_CASE("a picture shows the inliers of two images") {

@@ -37,8 +37,8 @@ Estimate Saying(double said1, double said2, Rng& rng) {
   constexpr double kSigma = 0.1, kPrior = 0.43;
   Estimate estimate;
   estimate.status = Status::kOk;
-  estimate.log_false_alarms = -20.0;
-  estimate.translation = Translation::kDetermined;
+  estimate.log10_nfa = -20.0;
+  estimate.degeneracy = Degeneracy::kDetermined;
   FocalEstimate focal;
   for (int k = 0; k < 2; ++k) {
     const double f = (k == 0 ? said1 : said2) * std::exp(kSigma * rng.Normal());
@@ -174,8 +174,8 @@ TEST_CASE("lengths that no pair knows well stay unknown") {
 TEST_CASE("what may be chance, does not move or knows no more than the prior says nothing of a camera") {
   Rng rng(2);
   Estimate chance = Saying(1000, 700, rng), turned = chance, unknown = chance, none;
-  chance.log_false_alarms = 1.0;
-  turned.translation = Translation::kTurn;
+  chance.log10_nfa = 1.0;
+  turned.degeneracy = Degeneracy::kPureRotation;
   unknown.focal->observable = {};
   unknown.focal->low_px.fill(900.0 * std::exp(-0.43));
   unknown.focal->high_px.fill(900.0 * std::exp(0.43));

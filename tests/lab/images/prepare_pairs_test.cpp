@@ -9,10 +9,10 @@
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
 #include "lab/files/thumbnails.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/feature_store.h"
 #include "lab/images/image_test_util.h"
 #include "lab/images/inspect.h"
-#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -159,12 +159,12 @@ TEST_CASE("the files depend neither on threads nor on an earlier run") {
   const CorrespondenceScene one(folder / "one/s", options), four(folder / "four/s", options);
   for (int i = 0; i < 3; ++i) {
     const Problem a = one.Read(i).problem, b = four.Read(i).problem;
-    CHECK((a.points == b.points && a.match_ratio == b.match_ratio && a.descriptors == b.descriptors));
+    CHECK((a.points == b.points && a.snn_ratio == b.snn_ratio && a.descriptors == b.descriptors));
     REQUIRE(a.descriptors.cols() == 256);
     // Descriptors belong to their match: an equal pair has a small ratio, and its two halves are near.
     Eigen::Index best = 0, worst = 0;
-    a.match_ratio.minCoeff(&best);
-    a.match_ratio.maxCoeff(&worst);
+    a.snn_ratio.minCoeff(&best);
+    a.snn_ratio.maxCoeff(&worst);
     const auto distance = [&](Eigen::Index k) {
       return (a.descriptors.row(k).head(128) - a.descriptors.row(k).tail(128)).norm();
     };
@@ -364,7 +364,7 @@ TEST_CASE("all kinds of features match the views, and their descriptors are stor
     const Example pair = scene.Read(0);
     REQUIRE(pair.problem.points.rows() > 60);
     CHECK(ShareNearTruth(pair, 2.0) > 0.6);
-    CHECK(pair.problem.match_ratio.maxCoeff() <= 1.0);
+    CHECK(pair.problem.snn_ratio.maxCoeff() <= 1.0);
     const DescriptorMatrix& rows = pair.problem.descriptors;
     if (kind == FeatureKind::kOrb) {
       CHECK(rows.cols() == 512);
@@ -372,7 +372,8 @@ TEST_CASE("all kinds of features match the views, and their descriptors are stor
     } else {
       const Eigen::Index size = kind == FeatureKind::kXFeat ? 64 : 128;
       CHECK(rows.cols() == 2 * size);
-      CHECK(pair.problem.similarities.rows() == (kind == FeatureKind::kXFeat ? 0 : pair.problem.points.rows()));
+      CHECK(pair.problem.scale_rotation_changes.rows() ==
+            (kind == FeatureKind::kXFeat ? 0 : pair.problem.points.rows()));
       CHECK((rows.leftCols(size).rowwise().norm().array() - 1.0f).abs().maxCoeff() < 1e-5f);
     }
   }

@@ -11,8 +11,8 @@
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
 #include "lab/files/files.h"
+#include "lab/ground_truth/task_truth.h"
 #include "lab/images/exif_test_util.h"
-#include "lab/truth/task_truth.h"
 
 namespace diffsac {
 namespace {
@@ -137,7 +137,7 @@ TEST_CASE("the dataset of vanishing points labels segments by the nearest, and g
   CHECK_FALSE(plain.problem.cameras.has_value());
   // Two segments are of the second point, which comes first then.
   CHECK(plain.truth.assignment == std::vector<std::int32_t>{2, 1, 1, 0});
-  CHECK((VanishingPointTask::PixelPoint(plain.truth.structures[1], plain.problem) -
+  CHECK((VanishingPointTask::PixelPoint(plain.truth.instances[1], plain.problem) -
          Eigen::Vector3d(1000, 100, 1).normalized())
             .norm() < 1e-9);
   const Example calibrated = example(", calibrated: true, min_length_px: 55");
@@ -145,9 +145,8 @@ TEST_CASE("the dataset of vanishing points labels segments by the nearest, and g
   CHECK(calibrated.problem.points.rows() == 3);
   CHECK(
       TruthOf(Task::kVanishingPoint)
-          .structure_angle(calibrated.truth.structures[0], calibrated.truth.structures[1], calibrated) ==
-      Approx(
-          TruthOf(Task::kVanishingPoint).structure_angle(plain.truth.structures[0], plain.truth.structures[1], plain)));
+          .instance_angle(calibrated.truth.instances[0], calibrated.truth.instances[1], calibrated) ==
+      Approx(TruthOf(Task::kVanishingPoint).instance_angle(plain.truth.instances[0], plain.truth.instances[1], plain)));
   CHECK(Has(ErrorOf([&] { example(", paths: []"); }), "paths"));
 }
 

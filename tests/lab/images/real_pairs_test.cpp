@@ -9,9 +9,9 @@
 
 #include "core/errors.h"
 #include "lab/files/correspondence_files.h"
+#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/image_features.h"
 #include "lab/images/image_source.h"
-#include "lab/truth/pair_truth.h"
 
 namespace diffsac {
 namespace {
@@ -185,7 +185,7 @@ TEST_CASE("real data: the fundamental matrices of AdelaideRMF explain its labell
     CHECK(near[1] / count[1] > near[0] / count[0] + 0.3);
     // The tentative matches are of the same images; a good ratio goes with the truth.
     CHECK(ShareNear(other.problem, other.truth, 3.0) > 0.3);
-    CHECK((other.problem.match_ratio.minCoeff() >= 0.0 && other.problem.match_ratio.maxCoeff() <= 1.0));
+    CHECK((other.problem.snn_ratio.minCoeff() >= 0.0 && other.problem.snn_ratio.maxCoeff() <= 1.0));
   }
 }
 

@@ -4,9 +4,9 @@
 #include <filesystem>
 
 #include "diffsac/core/status.h"
-#include "diffsac/network/engine/checkpoint_info.h"
-#include "diffsac/network/engine/network_options.h"
-#include "diffsac/network/engine/set_scorer.h"
+#include "diffsac/guidance/engine/checkpoint_info.h"
+#include "diffsac/guidance/engine/network_options.h"
+#include "diffsac/guidance/engine/set_scorer.h"
 #include "lab/config/config_to_json.h"
 #include "lab/config/yaml.h"
 #include "lab/options/config_json.h"

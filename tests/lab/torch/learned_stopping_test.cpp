@@ -5,7 +5,7 @@
 #include <set>
 
 #include "diffsac/problem/tasks.h"
-#include "estimators/tiny_network.h"
+#include "estimate/tiny_network.h"
 #include "lab/torch/ng_ransac.h"
 #include "lab/torch/weighted_estimator.h"
 
@@ -14,12 +14,12 @@ namespace {
 
 // Sets that were solved: a line's set has one solution, and nothing else is solved or fitted.
 int Draws(const LearnedEstimator& method, const Example& example, const Prediction& prediction) {
-  return method.EstimateFrom(SolverSpace(example.problem), prediction, 3).report.hypotheses;
+  return method.EstimateFrom(NormalizedProblem(example.problem), prediction, 3).stats.hypotheses;
 }
 
 DiffsacOptions Options() {
   DiffsacOptions options;
-  options.copies = 6;
+  options.num_diffusion_samples = 6;
   options.sampler.steps = 2;
   options.consensus.refit = Refit::kNone;
   return options;
@@ -62,11 +62,11 @@ TEST_CASE("a learned row takes exactly its own sets, whatever the consensus' lim
   options.selection = SetSelection::kGumbel;
   options.consensus.max_iterations = 3;
   CHECK(Draws(DiffsacEstimator(network, options, 1), example, Flat(example, 6)) == 6);
-  options.head_sets = 4;
+  options.num_guided_samples = 4;
   CHECK(Draws(DiffsacEstimator(network, options, 1), example, Flat(example, 6)) == 10);
-  options.extra_sets = 5;
+  options.num_uniform_samples = 5;
   CHECK(Draws(DiffsacEstimator(network, options, 1), example, Flat(example, 6)) == 15);
-  options.copies = 0;
+  options.num_diffusion_samples = 0;
   CHECK(Draws(DiffsacEstimator(network, options, 1), example, Flat(example, 6)) == 9);
 }
 
@@ -84,12 +84,12 @@ TEST_CASE("a learned search ends when it is confident, and else goes on up to th
       for (const int extra : {0, 2}) {
         options = ByConfidence(1.0 - 1e-9, 40);
         options.selection = selection;
-        options.head_sets = head;
-        options.extra_sets = extra;
+        options.num_guided_samples = head;
+        options.num_uniform_samples = extra;
         CAPTURE(static_cast<int>(selection), head, extra);
         CHECK(Draws(DiffsacEstimator(network, options, 1), hard, Flat(hard, 6)) == 40);
-        options.copies = 0;
-        options.head_sets = 6;
+        options.num_diffusion_samples = 0;
+        options.num_guided_samples = 6;
         CHECK(Draws(DiffsacEstimator(network, options, 1), hard, Flat(hard, 6)) == 40);
       }
 }
@@ -100,11 +100,11 @@ TEST_CASE("the sets of a search by confidence begin as those of a budget") {
   auto budget = Options(), search = ByConfidence(1.0 - 1e-9, 100);
   for (auto* options : {&budget, &search}) {
     options->selection = SetSelection::kGumbel;
-    options->head_sets = 4;
-    options->extra_sets = 5;
+    options->num_guided_samples = 4;
+    options->num_uniform_samples = 5;
   }
   const auto prediction = Flat(example, 6);
-  const SolverSpace space(example.problem);
+  const NormalizedProblem space(example.problem);
   const auto a = DiffsacEstimator(network, budget, 1).EstimateFrom(space, prediction, 3).minimal_sets;
   const auto b = DiffsacEstimator(network, search, 1).EstimateFrom(space, prediction, 3).minimal_sets;
   REQUIRE(a.size() == 15);
@@ -116,14 +116,14 @@ TEST_CASE("copies that go on take the predictions of earlier steps next") {
   const auto example = TinyExamples(Task::kLine, 1, 0.9)[0];
   auto options = ByConfidence(1.0 - 1e-9, 7);
   // One copy whose earlier step points elsewhere.
-  options.copies = 1;
+  options.num_diffusion_samples = 1;
   Prediction prediction = Flat(example, 2);
   const auto points = static_cast<std::size_t>(example.problem.points.rows());
   prediction.confidences.assign(2 * points, -1.0f);
   prediction.confidences[3] = prediction.confidences[5] = 1.0f;
   prediction.confidences[points + 8] = prediction.confidences[points + 9] = 1.0f;
   const auto sets = DiffsacEstimator(TinyNetwork(Task::kLine), options, 1)
-                        .EstimateFrom(SolverSpace(example.problem), prediction, 3)
+                        .EstimateFrom(NormalizedProblem(example.problem), prediction, 3)
                         .minimal_sets;
   REQUIRE(sets.size() == 7);
   CHECK(sets[0] == std::vector<int>{3, 5});

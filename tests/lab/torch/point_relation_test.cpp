@@ -10,7 +10,7 @@ namespace {
 // Two coordinates, then three columns for each of three hypotheses, of which the first is the agreement.
 constexpr int kFirst = 2, kWidth = 11;
 
-FeatureSet TwoStructures(int each) {
+FeatureSet TwoInstances(int each) {
   FeatureSet set = RandomFeatures(2 * each + 1, kWidth, Rng(5));
   for (int i = 0; i <= 2 * each; ++i)
     for (int h = 0; h < 3; ++h) set.values(i, kFirst + 3 * h) = 0.0f;
@@ -31,7 +31,7 @@ std::shared_ptr<Denoiser> Network(const char* kind) {
 
 TEST_CASE("points agree with confident points of their own structure") {
   PointRelation relation;
-  const auto batch = BatchOf({TwoStructures(4)});
+  const auto batch = BatchOf({TwoInstances(4)});
   auto c_t = torch::full({1, 2, 9}, -1.0f);
   c_t[0][0][1] = 1.0f;  // copy 0: a point of the first structure is confident, copy 1: one of the second
   c_t[0][1][6] = 1.0f;
@@ -56,7 +56,7 @@ TEST_CASE("a denoiser that relates points is equivariant and does not see paddin
     const auto run = [&](const PointBatch& batch, const torch::Tensor& c_t) {
       return network->Denoise(network->Encode(batch), c_t, torch::full({1, 1}, 42.0f));
     };
-    const auto small = TwoStructures(3), large = TwoStructures(6);
+    const auto small = TwoInstances(3), large = TwoInstances(6);
     const auto c_t = RandomTensor({1, 2, 7}, Rng(3));
     const auto alone = run(BatchOf({small}), c_t);
     CHECK(alone.std().item<float>() > 1e-4);
@@ -74,7 +74,7 @@ TEST_CASE("a denoiser that relates points is equivariant and does not see paddin
 TEST_CASE("layers of each point alone relate points through the relation") {
   const auto network = Network("mlp");
   const torch::NoGradGuard no_grad;
-  const auto context = network->Encode(BatchOf({TwoStructures(4)}));
+  const auto context = network->Encode(BatchOf({TwoInstances(4)}));
   const auto c_t = RandomTensor({1, 1, 9}, Rng(3)), t = torch::full({1, 1}, 5.0f);
   auto other = c_t.clone();
   other[0][0][1] = 4.0f;
@@ -83,10 +83,10 @@ TEST_CASE("layers of each point alone relate points through the relation") {
   CHECK(change[0][0][8].item<float>() < 1e-6f);  // it agrees with nobody
 }
 
-TEST_CASE("a relation without preference features is refused") {
+TEST_CASE("a relation without residual features is refused") {
   auto options = SmallOptions("pooled");
   options.relation = true;
-  CHECK_THROWS_WITH(MakeDenoiser(options, 6, Rng(1)), Catch::Contains("relation") && Catch::Contains("preference"));
+  CHECK_THROWS_WITH(MakeDenoiser(options, 6, Rng(1)), Catch::Contains("relation") && Catch::Contains("residual"));
 }
 
 }  // namespace diffsac

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "diffsac/problem/tasks.h"
-#include "estimators/tiny_network.h"
+#include "estimate/tiny_network.h"
 #include "lab/data/synthetic_two_view.h"
 #include "lab/torch/clnet.h"
 #include "lab/torch/ng_ransac.h"
@@ -77,7 +77,7 @@ TEST_CASE("weights of the true inliers give the true model, by sets and by one w
       int good = 0;
       for (const auto& example : ExamplesOf(task, 8)) {
         const auto prediction = Perfect(example);
-        const auto estimate = method.EstimateFrom(SolverSpace(example.problem), prediction, 5);
+        const auto estimate = method.EstimateFrom(NormalizedProblem(example.problem), prediction, 5);
         REQUIRE(estimate.status == Status::kOk);
         int found = 0, wrong = 0, total = 0;
         for (std::size_t i = 0; i < estimate.inliers.size(); ++i) {
@@ -88,7 +88,7 @@ TEST_CASE("weights of the true inliers give the true model, by sets and by one w
         if (type == "clnet") CHECK(estimate.minimal_sets.empty());
         for (const auto& set : estimate.minimal_sets)
           for (const int i : set) CHECK(example.truth.inliers[i] == 1);
-        CHECK(method.EstimateFrom(SolverSpace(example.problem), prediction, 5).model == estimate.model);
+        CHECK(method.EstimateFrom(NormalizedProblem(example.problem), prediction, 5).model == estimate.model);
       }
       CHECK(good >= 7);
     }
@@ -110,8 +110,8 @@ TEST_CASE("a batch of learned weights gives what single calls give, budgets are 
       for (std::size_t i = 0; i < problems.size(); ++i) {
         const auto alone = method.Run(problems[i], seeds[i]);
         REQUIRE(together[i].status == alone.status);
-        CHECK(together[i].report.hypotheses == alone.report.hypotheses);
-        CHECK(alone.report.hypotheses >= options.max_iterations + (options.weighted_fit ? 1 : 0));
+        CHECK(together[i].stats.hypotheses == alone.stats.hypotheses);
+        CHECK(alone.stats.hypotheses >= options.max_iterations + (options.weighted_fit ? 1 : 0));
       }
     }
 }
@@ -129,7 +129,7 @@ TEST_CASE("bad points give a status to rows of learned weights, alone and beside
       bad[2].points.rowwise() = good.points.row(0).eval();
       bad[3].points.col(1).setConstant(nan);
       bad[4].points = PointMatrix(good.points.topRows(MinimalSetSize(task)));  // enough for a set, not for every fit
-      for (auto& problem : bad) problem.match_ratio.resize(0);
+      for (auto& problem : bad) problem.snn_ratio.resize(0);
       for (int i = 0; i < 4; ++i) CHECK(method.Run(bad[i], 1).status != Status::kOk);
       method.Run(bad[4], 1);
       for (const double scale : {1e-8, 1e8}) {

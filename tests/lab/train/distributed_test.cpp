@@ -31,12 +31,12 @@ name: tiny
 task: line
 data: {type: synthetic_line, num_points: [12, 60], outlier_ratio: [0.1, 0.5]}
 network:
-  features: {kinds: [preference], preference_draws: 20, preference_kept: 4}
+  features: {kinds: [residual], residual_draws: 20, residual_kept: 4}
   denoiser: {kind: pooled, width: 16, encoder_layers: 1, layers: 1}
 train: {iterations: 20, batch_size: 4, noise_copies: 2, warmup_iterations: 5, log_every: 1, validate_every: 10,
         checkpoint_every: 10, learning_rate: 0.001, precision: float32, positive_weight: 4}
 validation: {problems: 8, outlier_ratios: [0.2]}
-inference: {copies: 4, sampler: {steps: 2}}
+inference: {num_diffusion_samples: 4, sampler: {steps: 2}}
 )";
 
 // From the fifth step on minimal sets are drawn, which must not depend on who draws them.
@@ -45,7 +45,7 @@ name: tiny
 method: ng_ransac
 task: line
 data: {type: synthetic_line, num_points: [12, 60], outlier_ratio: [0.1, 0.5]}
-network: {features: {kinds: [preference], preference_draws: 20, preference_kept: 4}, width: 16, blocks: 2}
+network: {features: {kinds: [residual], residual_draws: 20, residual_kept: 4}, width: 16, blocks: 2}
 ng_ransac: {initialization_iterations: 5, hypotheses: 2, pools: 3}
 train: {iterations: 12, batch_size: 4, warmup_iterations: 5, log_every: 1, validate_every: 12, checkpoint_every: 12,
         learning_rate: 0.001}

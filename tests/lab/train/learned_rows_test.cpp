@@ -36,14 +36,14 @@ validation: {problems: 8, outlier_ratios: [0.5]}
 
 const char* kNgRansac = R"(
 method: ng_ransac
-network: {features: {kinds: [preference], preference_draws: 20, preference_kept: 4}, width: 16, blocks: 2}
+network: {features: {kinds: [residual], residual_draws: 20, residual_kept: 4}, width: 16, blocks: 2}
 ng_ransac: {initialization_iterations: 30, hypotheses: 2, pools: 4}
 inference: {max_iterations: 5}
 )";
 
 const char* kClnet = R"(
 method: clnet
-network: {features: {kinds: [preference], preference_draws: 20, preference_kept: 4}, width: 16, fewest: 8}
+network: {features: {kinds: [residual], residual_draws: 20, residual_kept: 4}, width: 16, fewest: 8}
 )";
 
 TrainRequest Request(const char* method, const std::string& output, const std::vector<std::string>& changes = {}) {
@@ -122,7 +122,7 @@ TEST_CASE("CLNet's training lowers its losses, pruning keeps a larger share of t
   const WeightedEstimator method(weights, DefaultWeightedOptions("clnet"), 1);
   for (int i = 0; i < 40; ++i) {
     const auto example = dataset->Get(i);
-    const SolverSpace space(example.problem);
+    const NormalizedProblem space(example.problem);
     const std::uint64_t seed = i;
     const auto prediction = method.Predict({&space, 1}, {&seed, 1})[0];
     for (std::size_t j = 0; j < prediction.weights.size(); ++j)
@@ -164,7 +164,7 @@ TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are cle
   data.outlier_ratio = {0.3, 0.3};
   const auto problem = MakeSynthetic(Task::kLine, data, 1)->Get(0).problem;
   const auto budget = [&](const std::unique_ptr<RobustEstimator>& method) {
-    return method->Run(problem, 1).report.hypotheses;
+    return method->Run(problem, 1).stats.hypotheses;
   };
   const std::string plain = ", consensus: {refit: none}";
   CHECK(budget(make("ng_ransac", path(ng), plain)) == 20 + 5);  // as in the checkpoint
@@ -177,7 +177,7 @@ TEST_CASE("rows of learned methods read their checkpoint, and wrong ones are cle
   CHECK_THROWS_WITH(make("clnet", path(ng)), Catch::Contains("'ng_ransac'") && Catch::Contains("'clnet'"));
   CHECK_THROWS_WITH(make("diffsac", path(ng)), Catch::Contains("'ng_ransac'") && Catch::Contains("'diffsac'"));
   CHECK_THROWS_WITH(make("ng_ransac", path(ng), "", Task::kPlane), Catch::Contains("line") && Catch::Contains("plane"));
-  CHECK_THROWS_WITH(make("ng_ransac", path(ng), ", copies: 3"), Catch::Contains("copies"));
+  CHECK_THROWS_WITH(make("ng_ransac", path(ng), ", num_diffusion_samples: 3"), Catch::Contains("copies"));
   CHECK_THROWS_WITH(make("clnet", path(cl), ", weighted_fit: false"), Catch::Contains("max_iterations"));
   CHECK_THROWS_WITH(make("clnett", path(cl)), Catch::Contains("clnet"));
 }
@@ -194,7 +194,7 @@ TEST_CASE("keys of another method are refused, and the place is named") {
   CHECK_THROWS_WITH(run(kNgRansac, "ng_ransac.pools=1"), Catch::Contains("pools"));
   CHECK_THROWS_WITH(run(kNgRansac, "method=ngransac"), Catch::Contains("did you mean") || Catch::Contains("ng_ransac"));
   CHECK_THROWS_WITH(run(kClnet, "network.neighbors=[9, 5]"), Catch::Contains("annulus"));
-  CHECK_THROWS_WITH(run(kClnet, "inference.copies=5"), Catch::Contains("copies"));
+  CHECK_THROWS_WITH(run(kClnet, "inference.num_diffusion_samples=5"), Catch::Contains("copies"));
   CHECK_THROWS_WITH(run(kClnet, "task=plane"), Catch::Contains("plane"));
 }
 

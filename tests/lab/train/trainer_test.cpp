@@ -7,7 +7,7 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/estimate/diffsac_estimator.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/eval/report_script.h"
 #include "lab/files/files.h"
@@ -25,12 +25,12 @@ name: tiny
 task: line
 data: {type: synthetic_line, num_points: [30, 40], outlier_ratio: [0.1, 0.5]}
 network:
-  features: {kinds: [preference], preference_draws: 20, preference_kept: 4}
+  features: {kinds: [residual], residual_draws: 20, residual_kept: 4}
   denoiser: {kind: pooled, width: 16, encoder_layers: 1, layers: 1}
 train: {iterations: 60, batch_size: 4, noise_copies: 2, warmup_iterations: 5, log_every: 1, validate_every: 30,
         checkpoint_every: 10, learning_rate: 0.003}
 validation: {problems: 8, outlier_ratios: [0.2]}
-inference: {copies: 4, sampler: {steps: 2}}
+inference: {num_diffusion_samples: 4, sampler: {steps: 2}}
 )";
 
 TrainRequest Request(const std::string& output, const std::vector<std::string>& changes = {}) {

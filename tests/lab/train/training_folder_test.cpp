@@ -21,12 +21,12 @@ name: line
 task: line
 data: {type: synthetic_line, num_points: 30, outlier_ratio: 0.3}
 network:
-  features: {kinds: [preference], preference_draws: 20, preference_kept: 4}
+  features: {kinds: [residual], residual_draws: 20, residual_kept: 4}
   denoiser: {kind: pooled, width: 8, encoder_layers: 1, layers: 1}
 train: {iterations: 4, batch_size: 2, noise_copies: 1, warmup_iterations: 1, log_every: 2, validate_every: 2,
         checkpoint_every: 2}
 validation: {problems: 2, outlier_ratios: [0.2]}
-inference: {copies: 2, sampler: {steps: 1}}
+inference: {num_diffusion_samples: 2, sampler: {steps: 1}}
 )";
 
 /// A training of a few steps in a folder, and what others ask of that folder.

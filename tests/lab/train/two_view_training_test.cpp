@@ -8,7 +8,7 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
-#include "diffsac/estimators/diffsac_estimator.h"
+#include "diffsac/estimate/diffsac_estimator.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
@@ -35,7 +35,7 @@ labels: {top_m: 4, draws: 20}
 train: {iterations: 40, batch_size: 4, noise_copies: 2, warmup_iterations: 5, log_every: 1, validate_every: 40,
         learning_rate: 0.005, two_view: {max_points: 40, max_ratios: [1, 0.85], augment: true}}
 validation: {problems: 6}
-inference: {copies: 4, selection: gumbel, sampler: {steps: 2}, consensus: {score: msac, final_score: msac}}
+inference: {num_diffusion_samples: 4, selection: gumbel, sampler: {steps: 2}, consensus: {score: msac, final_score: msac}}
 )",
                                "tiny.yaml");
   SetYaml(&config, "task=" + task);
@@ -307,7 +307,7 @@ TEST_CASE("wrong two-view configurations name their place") {
   };
   fails("fundamental", {"model=fundamental9"}, "model=fundamental9");
   fails("essential", {"model=fundamental8"}, "expected essential for task essential");
-  fails("essential", {"network.features.kinds=[preference]"}, "augment");
+  fails("essential", {"network.features.kinds=[residual]"}, "augment");
   fails("essential", {"data.task=homography"}, "homography");
   fails("essential", {"validation.data.task=homography"}, "validation data of task");
   fails("essential", {"data={type: mixture}"}, "parts");

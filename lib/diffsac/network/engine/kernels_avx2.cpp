@@ -1,3 +1,0 @@
-#define DIFFSAC_KERNELS kernels_avx2
-#define DIFFSAC_KERNELS_NAME "avx2"
-#include "diffsac/network/engine/kernels_impl.h"

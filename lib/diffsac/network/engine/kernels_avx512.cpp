@@ -1,3 +1,0 @@
-#define DIFFSAC_KERNELS kernels_avx512
-#define DIFFSAC_KERNELS_NAME "avx512"
-#include "diffsac/network/engine/kernels_impl.h"

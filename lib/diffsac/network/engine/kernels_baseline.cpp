@@ -1,3 +1,0 @@
-#define DIFFSAC_KERNELS kernels_baseline
-#define DIFFSAC_KERNELS_NAME "baseline"
-#include "diffsac/network/engine/kernels_impl.h"

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include "diffsac/core/random.h"
+#include "lab/ground_truth/example.h"
+#include "lab/options/options.h"
+
+namespace diffsac {
+
+/// How many models are true at once in a generated problem, and how unequal their numbers of points are.
+struct InstanceOptions {
+  /// K: a whole number, or a range of them drawn uniformly for each problem.
+  Range instances = {1, 6};
+  /// Points of the largest structure over those of the smallest, r, log-uniform for each problem (it holds up to
+  /// rounding, and where the smallest has as many points as it must). The numbers are in proportion to weights: r, 1,
+  /// and for the others log-uniform between.
+  Range size_ratio = {1.0, 3.0};
+  void Bind(OptionsBinder& b);
+};
+
+/// The fewest points that a generated structure of `task` has, γ + 2: one more than fixes a model and tells it from an
+/// accident, so that one can be missed.
+int FewestOfInstance(Task task);
+
+/// Throws Error unless every problem of at least `fewest_points` can hold all its structures.
+void CheckInstances(const InstanceOptions& options, Task task, double fewest_points);
+
+/// K numbers of points, largest first, that sum to `inliers` and are at least `fewest` each; K · fewest ≤ inliers.
+std::vector<int> DrawInstanceSizes(const InstanceOptions& options, int count, int inliers, int fewest, Rng rng);
+/// K.
+int DrawInstanceCount(const InstanceOptions& options, Rng rng);
+
+/// Brings `truth.assignment` and `truth.structures` (structure k of the labels at place k − 1) into the order of the
+/// number of points, largest first, equal ones as they stood. Structures of fewer than `fewest` points go; their points
+/// become outliers. Inliers and model follow: those of any structure, and that of most points (empty where none is
+/// left).
+void ArrangeInstances(int fewest, GroundTruth* truth);
+
+}  // namespace diffsac
