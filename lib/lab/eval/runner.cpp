@@ -15,6 +15,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"
 #include "diffsac/estimate/estimation_priors.h"
+#include "diffsac/problem/match_probabilities.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/paths.h"
 #include "lab/config/process.h"
