@@ -23,7 +23,7 @@ std::string BytesOf(const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("Networks in the library are the bytes of their files") {
+TEST_CASE("embedded networks equal their files") {
   int embedded = 0;
   for (const fs::directory_entry& folder : fs::directory_iterator(kModels)) {
     const std::string name = folder.path().filename().string() + "/model.safetensors";
@@ -40,7 +40,7 @@ TEST_CASE("Networks in the library are the bytes of their files") {
   CHECK(EmbeddedModel(ModelPlace("none/model.safetensors")).empty());
 }
 
-TEST_CASE("A damaged network in memory is refused as a file is") {
+TEST_CASE("a damaged network in memory is refused") {
   const std::string_view whole = EmbeddedModel(ModelPlace("line/model.safetensors"));
   const auto error_of = [](std::string_view bytes) {
     return ErrorOf([&] { const SafetensorsFile file("some network", bytes); });

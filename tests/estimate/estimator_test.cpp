@@ -72,7 +72,7 @@ TEST_CASE("what an estimator cannot do is said") {
   CHECK(Has(ErrorOf([&] { without.Run(Calibrated(0)); }), "/none/essential/model.safetensors"));
 }
 
-TEST_CASE("a threshold that was asked for widens the range") {
+TEST_CASE("another threshold widens the range of scales") {
   Problem problem = Calibrated(2);
   SetThreshold(DefaultThreshold(Task::kEssential), &problem);
   CHECK(NoiseRangeOf(problem, true).least == 1.0);
@@ -86,7 +86,7 @@ TEST_CASE("a threshold that was asked for widens the range") {
   CHECK(NoiseRangeOf(problem, true).greatest > 0.1);
 }
 
-TEST_CASE("one search is enough where nothing is in doubt") {
+TEST_CASE("one search is enough without doubts") {
   const Problem problem = Calibrated(0);
   const PreparedProblem prepared(problem);
   const ClassicalEstimator once(LoRansacOptions(Task::kEssential));

@@ -96,7 +96,7 @@ TEST_CASE("Default calls find their networks in any folder") {
   }
 }
 
-TEST_CASE("Twenty samples of the reverse process find the model") {
+TEST_CASE("twenty diffusion samples find the model") {
   const EmptyFolder here;
   for (const Guided& function : Functions()) {
     CAPTURE(function.name);
@@ -129,7 +129,7 @@ TEST_CASE("Diffusion repeats itself on any number of threads") {
   }
 }
 
-TEST_CASE("Guidance by a network is the default of two views alone") {
+TEST_CASE("a network guides two views by default") {
   const PointMatrix line = testing::FlatRows(100, 2, 1, 1);
   const auto of = [&](Guidance guidance) { return Drawn(EstimateLine(line, With<PointOptions>(guidance))); };
   CHECK(of(Guidance::kNone) == of(Guidance::kNetwork));
@@ -142,7 +142,7 @@ TEST_CASE("Guidance by a network is the default of two views alone") {
   CHECK(probabilities(Guidance::kNetwork) == EstimateFundamental(matches).inlier_probabilities);
 }
 
-TEST_CASE("Diffusion is refused where there is no network for it") {
+TEST_CASE("diffusion is refused without a network for it") {
   const PointMatrix rows = testing::SceneRows(60, 0, 1);
   Matches matches = testing::MatchesOf(rows.rightCols(4), {});
   const auto options = With<ImageOptions>(Guidance::kDiffusion);

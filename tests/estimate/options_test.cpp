@@ -34,7 +34,7 @@ TwoViewEstimate Find(const Views& views, const ImageOptions& options) {
   return EstimateEssential(views.matches, views.cameras, options);
 }
 
-TEST_CASE("options bound the number of samples and threads change nothing") {
+TEST_CASE("options bound samples and threads change nothing") {
   const Views views(210);
   const auto draws = [&](const ImageOptions& options) { return Find(views, options).stats.iterations; };
   for (const Guidance guidance : {Guidance::kNetwork, Guidance::kNone}) {
@@ -49,7 +49,7 @@ TEST_CASE("options bound the number of samples and threads change nothing") {
   }
 }
 
-TEST_CASE("an initial model is found where samples do not find it") {
+TEST_CASE("an initial model is found where samples fail") {
   const Views views(270);  // A sample of right matches alone is one of 100000.
   const Eigen::Matrix3d truth = EssentialFromPose(views.pose);
   const ImageOptions few{.max_iterations = 1, .guidance = Guidance::kNone};
@@ -66,7 +66,7 @@ TEST_CASE("an initial model is found where samples do not find it") {
   CHECK(Has(ErrorOf([&] { Find(views, given); }), "initial_model: expected 3 x 3"));
 }
 
-TEST_CASE("initial motions are of the points as given in any frame") {
+TEST_CASE("initial motions are in the given frame") {
   for (const double scale : {1.0, 1e6}) {
     const auto scene = testing::MakeCloudScene(400, 0.98, 0.001, Rng(5));
     testing::OwnedMatches3D3D matches{scale * scene.points.leftCols(3), scale * scene.points.rightCols(3)};
@@ -81,7 +81,7 @@ TEST_CASE("initial motions are of the points as given in any frame") {
   }
 }
 
-TEST_CASE("options out of range are invalid arguments that name the field") {
+TEST_CASE("options out of range name the field") {
   const Views views(0);
   const auto refused = [&](const ImageOptions& options, const std::string& field) {
     CHECK_THROWS_AS(Find(views, options), std::invalid_argument);

@@ -82,7 +82,7 @@ TEST_CASE("without sizes nothing is known of photographs") {
   CHECK(photographs.stats.hypotheses == unknown.stats.hypotheses);
 }
 
-TEST_CASE("larger photographs have the same fundamental matrix in their unit") {
+TEST_CASE("photographs in another unit give the same matrix") {
   const Photographs made = MakePhotographs(3);
   testing::OwnedMatches larger = made.matches;
   larger.points1 *= 2.0;

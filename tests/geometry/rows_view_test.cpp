@@ -37,7 +37,7 @@ TEST_CASE("views read matrices blocks and maps in place") {
   CHECK(&second.matrix().coeffRef(1) == &rows(1, 1));
 }
 
-TEST_CASE("views keep what was temporary as long as a copy lives") {
+TEST_CASE("views keep temporaries alive") {
   RowMajor moved = Some();
   const double* memory = moved.data();
   Points2DView copy;
@@ -53,7 +53,7 @@ TEST_CASE("views keep what was temporary as long as a copy lives") {
   CHECK(Points2DView(Some()(std::vector<int>{2, 0}, Eigen::all)).matrix().row(0) == Some().row(2));
 }
 
-TEST_CASE("views take vectors of points and refuse other shapes") {
+TEST_CASE("views refuse other shapes") {
   const std::vector<Eigen::Vector2d> points = {{1.0, 2.0}, {3.0, 4.0}, {5.0, 6.0}};
   CHECK(Points2DView(points).matrix() == Some());
   CHECK(Points2DView().empty());

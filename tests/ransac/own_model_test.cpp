@@ -189,7 +189,7 @@ TEST_CASE("Guidance saves draws and finds what is rare") {
   CHECK(weighted * 4 < alike);
 }
 
-TEST_CASE("An initial model counts as one that was found") {
+TEST_CASE("an initial model counts as one found") {
   const PointMatrix points = MakePoints(400, 0.9, 3);
   const Options options{.max_residual = 2.0, .max_iterations = 1, .min_iterations = 0, .initial_model = kTruth};
   CHECK(ErrorOf(Search<FreeCircle>(points, options).model) < 0.5);

@@ -95,7 +95,7 @@ Outcome Run(const std::vector<int>& sets, const LoopOptions& options,
   return {result, optimize.asked};
 }
 
-TEST_CASE("A loop of other policies stops by their rule") {
+TEST_CASE("other policies stop by their own rule") {
   const auto [result, asked] = Run({0, 1, 2, 3, 4, 5}, {.max_iterations = 6});
   CHECK(result.stop == StopReason::kConfidence);
   CHECK(result.iterations == 4);
@@ -107,7 +107,7 @@ TEST_CASE("A loop of other policies stops by their rule") {
   CHECK(result.unique_minimal_sets == 4);
 }
 
-TEST_CASE("A loop of other policies ends with its budget or sets") {
+TEST_CASE("other policies end with budget or sets") {
   CHECK(Run({0, 1, 2}, {.max_iterations = 2}).result.stop == StopReason::kBudget);
   CHECK(Run({0, 1, 2}, {.max_iterations = 9}).result.stop == StopReason::kExhausted);
   CHECK(Run({}, {.max_iterations = 9}).result.status == Status::kNoModel);

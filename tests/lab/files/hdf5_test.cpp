@@ -42,7 +42,7 @@ std::string ErrorOfReading(const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("a corrupt HDF5 file is one error that names it") {
+TEST_CASE("a corrupt HDF5 file is one named error") {
   const TemporaryFolder folder;
   const std::string sound = SoundFile(folder), path = folder / "damaged.h5";
   CHECK(ErrorOfReading(folder / "sound.h5").empty());

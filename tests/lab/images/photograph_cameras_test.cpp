@@ -140,7 +140,7 @@ TEST_CASE("many pairs know a camera's focal length better than one, some of them
   }
 }
 
-TEST_CASE("images of one size and length have one camera") {
+TEST_CASE("images of one length have one camera") {
   const auto same = [](int) { return 1000.0; };
   const PhotographCameras one = Joined(same, UnknownCameras(6));
   CHECK(one.IsOne());
@@ -151,7 +151,7 @@ TEST_CASE("images of one size and length have one camera") {
   CHECK(Joined(same, known).camera == std::vector<int>{0, 0, 2, 3, 0, 0});
 }
 
-TEST_CASE("images of one size and two lengths have two cameras") {
+TEST_CASE("images of two lengths have two cameras") {
   const auto zoomed = [](int image) { return image % 2 == 0 ? 1000.0 : 1400.0; };
   const PhotographCameras two = Joined(zoomed, UnknownCameras(6));
   CHECK(two.camera == std::vector<int>{0, 1, 0, 1, 0, 1});

@@ -62,7 +62,7 @@ TEST_CASE("a list has the pairs, with images beside it or those that it names") 
   CHECK(Has(ErrorOf([&] { ListPhotographs({}, list); }), "pairs.txt: it names no images"));
 }
 
-TEST_CASE("photographs of every format count and own pictures do not") {
+TEST_CASE("photographs count and own pictures do not") {
   const Folder photos;
   WriteSmall(photos.folder / "d.webp");
   WriteSmall(photos.folder / "E.DIB");

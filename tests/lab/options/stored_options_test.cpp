@@ -22,7 +22,7 @@ void CheckSame(const Config& config, const Options& read) {
   CHECK(ToJson(ToConfig(ReadStoredOptions<Options>(config.Sub("network")))) == ToJson(ToConfig(read)));
 }
 
-TEST_CASE("networks are stored as the option tree reads them") {
+TEST_CASE("stored options equal those of the tree") {
   int networks = 0;
   for (const auto& folder : std::filesystem::directory_iterator(DIFFSAC_SOURCE_DIR "/models")) {
     const std::string path = folder.path().string() + "/model.safetensors";
