@@ -1,5 +1,6 @@
 #include "diffsac/estimate/photograph_cameras.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -22,7 +23,9 @@ namespace {
 /// independent match's evidence that each has, of photographs, whose errors go together; and by how much, in variances
 /// of the matches' noise, the cost may rise before cameras are against the matches.
 constexpr int kDraws = 10;
-constexpr double kIndependentShare = 0.1, kMostRise = 12.0;
+/// Enough matches for a start.
+constexpr Eigen::Index kMostSearched = 300;
+constexpr double kIndependentShare = 0.1, kMostRise = 8.0;
 /// The standard deviation of log f of photographs.
 constexpr double kLogSigma = 0.43;
 
@@ -37,6 +40,12 @@ std::optional<FocalParameters> SearchedCameras(const NearMatches& matches, doubl
   EstimationPriors priors;
   priors.unit = unit;
   priors.inlier_priors = matches.weights;
+  // The posterior's median, of one length; of two it would take longer than the search for F.
+  if constexpr (kUnknown == UnknownFocal::kBoth)
+    priors.cameras = CameraPrior{Eigen::Matrix3d::Identity(),
+                                 Eigen::Matrix3d::Identity(),
+                                 options.camera_prior / (kLogSigma * kLogSigma),
+                                 {kLogSigma, kLogSigma}};
   const PointMatrix points = matches.points;
   WeightedSampler sampler({matches.weights.data(), static_cast<std::size_t>(matches.Count())}, Model::kMinimalSize,
                           rng);
@@ -67,11 +76,14 @@ FocalParameters CamerasOf(const Matrix3Parameters& f, bool one_size) {
   return AsFocalParameters(AsParameters(ClosestEssential(e)), std::exp(log1), std::exp(log2));
 }
 
-/// The rows of residuals within a reach.
-NearMatches NearestOf(const NearMatches& matches, const Eigen::VectorXd& residuals, double reach) {
-  std::vector<int> near;
-  for (int i = 0; i < residuals.size(); ++i)
-    if (residuals[i] <= reach) near.push_back(i);
+/// The rows of residuals within a reach, evenly thinned to `most` or a few more.
+NearMatches NearestOf(const NearMatches& matches, const Eigen::VectorXd& residuals, double reach,
+                      Eigen::Index most = std::numeric_limits<Eigen::Index>::max()) {
+  const Eigen::Index within = (residuals.array() <= reach).count(), step = std::max<Eigen::Index>(1, within / most);
+  std::vector<Eigen::Index> near;
+  Eigen::Index seen = 0;
+  for (Eigen::Index i = 0; i < residuals.size(); ++i)
+    if (residuals[i] <= reach && seen++ % step == 0) near.push_back(i);
   return {matches.points(near, Eigen::all), matches.weights(near), matches.loss, matches.variance};
 }
 
@@ -116,20 +128,26 @@ void PutCamerasBehind(const NormalizedProblem& space, const Rng& rng, ConsensusR
   const double variance = ResidualVariance(matches.loss, residuals.data(), matches.weights.data(), matches.Count(),
                                            FreeParameters<Fundamental>());
   if (!(variance > 0.0) || !std::isfinite(variance)) return;
-
   matches.variance = variance / kIndependentShare;
 
   const bool one_size = problem.size1 == problem.size2;
-  const NearMatches nearest = NearestOf(matches, residuals, matches.loss.scale);
+  const NearMatches nearest = NearestOf(matches, residuals, matches.loss.scale, kMostSearched);
   const Rng own_rng = rng.Fork("cameras");
   const auto searched = one_size ? SearchedCameras<UnknownFocal::kBoth>(nearest, unit, own_rng, &found->hypotheses)
                                  : SearchedCameras<UnknownFocal::kEach>(nearest, unit, own_rng, &found->hypotheses);
   std::vector<FocalParameters> starts{CamerasOf(f, one_size)};
   if (searched) starts.push_back(*searched);
-  const double cost = CostOf(matches, f);
-  const Matrix3Parameters refined = RefinedFrom(starts, matches, one_size);
-  ++found->hypotheses;
-  if (!refined.allFinite() || !(CostOf(matches, refined) - cost <= kMostRise * variance)) return;
+  const double before = CostOf(matches, f);
+  const auto fits = [&](const Matrix3Parameters& other) {
+    return other.allFinite() && CostOf(matches, other) - before <= kMostRise * variance;
+  };
+  // One length and principal points in the middle, if the matches allow it.
+  Matrix3Parameters refined = searched && one_size ? FundamentalOf(*searched) : f;
+  if (refined == f || !fits(refined)) {
+    refined = RefinedFrom(starts, matches, one_size);
+    ++found->hypotheses;
+    if (!fits(refined)) return;
+  }
   const Eigen::Matrix3d in_pixels = frame->second.transpose() * AsMatrix(refined) * frame->first;
   const Matrix3Parameters model = AsParameters(in_pixels / in_pixels.norm());
   const Eigen::VectorXd after = RowResiduals<Fundamental>(space.points(), model);
