@@ -25,7 +25,7 @@ namespace {
 constexpr int kDraws = 10;
 /// Enough matches for a start.
 constexpr Eigen::Index kMostSearched = 300;
-constexpr double kIndependentShare = 0.1, kMostRise = 8.0;
+constexpr double kIndependentShare = 0.1, kMostRise = 20.0;
 /// The standard deviation of log f of photographs.
 constexpr double kLogSigma = 0.43;
 
