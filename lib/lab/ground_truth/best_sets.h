@@ -15,7 +15,7 @@ class BestSets {
   struct Entry {
     double cost = 0.0;
     std::array<int, Size> set{};
-    bool operator<(const Entry& other) const { return cost != other.stats ? cost < other.stats : set < other.set; }
+    bool operator<(const Entry& other) const { return cost != other.cost ? cost < other.cost : set < other.set; }
   };
 
   explicit BestSets(int capacity) : capacity_(capacity > 0 ? static_cast<std::size_t>(capacity) : 0) {}
