@@ -109,7 +109,7 @@ TEST_CASE("what is told of parallax knows no unit, no order of rows and no turn 
       const Degeneracy expected = on_plane == 1.0 ? Degeneracy::kPlane : Degeneracy::kDetermined;
       const auto told = [&](const PointMatrix& points, const Eigen::Matrix3d& from) {
         const Eigen::Matrix3d inverse = from.inverse();
-        return TestPlane(points, AsParameters(inverse.transpose() * AsMatrix(f) * inverse), all).translation;
+        return TestPlane(points, AsParameters(inverse.transpose() * AsMatrix(f) * inverse), all).degeneracy;
       };
       const PointMatrix& points = scene.views.pixels;
       CHECK(told(points, Eigen::Matrix3d::Identity()) == expected);

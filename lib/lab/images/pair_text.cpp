@@ -92,7 +92,7 @@ std::string PoseSpreadText(const Eigen::MatrixXd& covariance) {
 namespace {
 
 /// Of a camera in a known scene.
-std::string ScenePoseText(const Problem& problem, const Estimate& estimate) {
+std::string ScenePoseText(const Estimate& estimate) {
   const auto text = [](const RigidMotion& pose) {
     const auto three = [](const Eigen::Vector3d& v) { return Format("(%.7g, %.7g, %.7g)", v[0], v[1], v[2]); };
     return RotationText(pose.rotation) + "  t =  " + three(pose.translation) +
@@ -109,7 +109,7 @@ std::string ScenePoseText(const Problem& problem, const Estimate& estimate) {
 
 /// Of motions with a translation: the pose, how sure it is, and the other one of a plane; or that there is none.
 std::string MotionText(const Problem& problem, const Estimate& estimate) {
-  if (problem.task == Task::kAbsolutePose) return ScenePoseText(problem, estimate);
+  if (problem.task == Task::kAbsolutePose) return ScenePoseText(estimate);
   if (problem.task == Task::kHomography && !problem.cameras)
     return "  no pose: that of a homography needs --calibration, --cameras or --focal\n";
   const auto& pose = estimate.pose;
