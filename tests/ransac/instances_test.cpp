@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "diffsac/core/random.h"
+#include "diffsac/geometry/hyperplane.h"
 #include "diffsac/ransac/samplers/make_minimal_sampler.h"
 
 namespace diffsac {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "diffsac/geometry/homography.h"
+#include "diffsac/geometry/hyperplane.h"
 #include "diffsac/ransac/samplers/make_minimal_sampler.h"
 
 namespace diffsac {

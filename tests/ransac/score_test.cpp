@@ -12,6 +12,8 @@
 #include "diffsac/geometry/essential.h"
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/homography.h"
+#include "diffsac/geometry/hyperplane.h"
+#include "diffsac/ransac/option_names.h"
 #include "diffsac/ransac/scores/scorer.h"
 #include "geometry/loss_properties.h"
 #include "geometry/two_view_problems.h"
