@@ -13,6 +13,7 @@
 
 #include "diffsac/core/random.h"
 #include "diffsac/geometry/hyperplane.h"
+#include "diffsac/ransac/option_names.h"
 #include "diffsac/ransac/scores/scorer.h"
 
 namespace diffsac {
