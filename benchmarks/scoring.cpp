@@ -83,8 +83,7 @@ void Measure(const char* model_name, const typename Model::Parameters& model, in
   const PointMatrix points = MakePoints<D>(count);
   const Scorer<Model> scorer(points);
   for (const auto& [kind, name] : kEnumNames<ScoreKind>) {
-    const Score score(kind, kThreshold, kThreshold / 3.0, 20.0, 4, 0.2 * kThreshold,
-                      {10.0, 1, Model::kMinimalSize, 0.0});
+    const Score score(kind, kThreshold, kThreshold / 3.0, 20.0, 4, 0.2 * kThreshold);
     const double rate = count / SecondsPerCall([&] { return scorer(model, score); });
     std::printf("%-11s %8d  %-20s %8.0f M/s  %6.2f multiply-adds  %5.1f %% of the memory rate\n", model_name, count,
                 name, rate / 1e6, multiply_adds / rate, 100.0 * rate * D * sizeof(double) / bytes);
