@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diffsac/core/random.h"
+#include "diffsac/ransac/option_names.h"
 #include "lab/options/options.h"
 
 namespace diffsac::testing {
