@@ -26,7 +26,7 @@ struct Wall {
   RigidMotion motion;
   double ErrorOf(const RigidMotion& found) const {
     return std::max(RotationAngleDegrees(found.rotation, motion.rotation),
-                    DirectionAngleDegrees(found.degeneracy, motion.translation));
+                    DirectionAngleDegrees(found.translation, motion.translation));
   }
 };
 

@@ -7,6 +7,7 @@
 
 #include "diffsac/estimate/encoded_points.h"
 #include "diffsac/estimate/estimation_priors.h"
+#include "diffsac/problem/match_probabilities.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
