@@ -1,5 +1,7 @@
 #include "diffsac/estimate/photograph_cameras.h"
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
