@@ -1,7 +1,6 @@
 #include "diffsac/estimate/photograph_cameras.h"
 
 #include <Eigen/LU>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
