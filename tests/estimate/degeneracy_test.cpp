@@ -227,10 +227,13 @@ TEST_CASE("a fundamental matrix of a plane, or of a turn, says that it is one of
 }
 
 TEST_CASE("a pure rotation is told without the focal length, or with that of one image") {
+  int shared = 0, one = 0;
   for (const double noise : {0.2, 1.0}) {
-    CHECK(Told({200, noise, 0.05, 12.0}, Degeneracy::kPureRotation, 10, SharedFocals) >= 9);
-    CHECK(Told({200, noise, 0.05, 12.0}, Degeneracy::kPureRotation, 10, OneFocals) >= 9);
+    shared += Told({200, noise, 0.05, 12.0}, Degeneracy::kPureRotation, 20, SharedFocals);
+    one += Told({200, noise, 0.05, 12.0}, Degeneracy::kPureRotation, 20, OneFocals);
   }
+  CHECK(shared >= 36);
+  CHECK(one >= 36);
 }
 
 // H of points on a line came back without a word.

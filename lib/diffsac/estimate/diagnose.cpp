@@ -98,6 +98,13 @@ class Diagnosis {
     if (!IsUndetermined(estimate_.degeneracy)) TellFocalConflict(problem_, &estimate_);
   }
 
+  std::optional<RigidMotion> Pose() {
+    if (estimate_.pure_rotation) return RigidMotion{*estimate_.pure_rotation, Eigen::Vector3d::Zero()};
+    if (IsOfPlane()) return PlaneMotions() ? std::optional(PlaneMotions()->pose) : std::nullopt;
+    if (IsUndetermined(estimate_.degeneracy)) return std::nullopt;
+    return estimate_.pose ? estimate_.pose : PoseOfEstimate(estimate_.model, estimate_.inliers, space_);
+  }
+
  private:
   /// Those of the problem, or that the estimate found.
   std::optional<CameraPair> Cameras() const {
@@ -140,13 +147,6 @@ class Diagnosis {
       return test;
     const ParallaxTest of_moving = ParallaxOfEstimate(estimate_.model, inliers, PointRows(space_, rows).space());
     return of_moving.degeneracy == Degeneracy::kPureRotation ? of_moving : test;
-  }
-
-  std::optional<RigidMotion> Pose() {
-    if (estimate_.pure_rotation) return RigidMotion{*estimate_.pure_rotation, Eigen::Vector3d::Zero()};
-    if (IsOfPlane()) return PlaneMotions() ? std::optional(PlaneMotions()->pose) : std::nullopt;
-    if (IsUndetermined(estimate_.degeneracy)) return std::nullopt;
-    return estimate_.pose ? estimate_.pose : PoseOfEstimate(estimate_.model, estimate_.inliers, space_);
   }
 
   /// Two motions explain matches of one plane. Epipolar geometry finds either, by chance, so that the other is told.
@@ -217,6 +217,14 @@ void Diagnose(const PreparedProblem& prepared, Estimate* estimate) {
   if (estimate->MayBeChance()) estimate->pose_covariance.reset();
   estimate->error_probability = ErrorProbability(problem, *estimate);
   estimate->posteriors = PosteriorsOf(prepared.space(), *estimate);
+}
+
+std::optional<RigidMotion> PoseOfEstimate(const Estimate& estimate, const Problem& problem) {
+  if (estimate.status != Status::kOk) return std::nullopt;
+  if (estimate.pose) return estimate.pose;
+  const NormalizedProblem space(problem);
+  Estimate given = estimate;
+  return Diagnosis(space, &given).Pose();
 }
 
 }  // namespace diffsac

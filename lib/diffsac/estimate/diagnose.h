@@ -14,4 +14,7 @@ void AddSupport(const PreparedProblem& prepared, Estimate* estimate);
 /// covariance nor other motion. Needs AddSupport.
 void Diagnose(const PreparedProblem& prepared, Estimate* estimate);
 
+/// Estimate::pose, also of an estimate that did not come from a RobustEstimator (the oracle's, a recorded one).
+std::optional<RigidMotion> PoseOfEstimate(const Estimate& estimate, const Problem& problem);
+
 }  // namespace diffsac

@@ -11,6 +11,7 @@
 
 #include "diffsac/core/former_names.h"
 #include "diffsac/core/status.h"
+#include "diffsac/estimate/diagnose.h"
 #include "diffsac/problem/problem.h"
 #include "lab/files/files.h"
 #include "lab/files/hdf5_input.h"
@@ -375,7 +376,7 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate, bool w
   record.degeneracy = estimate.degeneracy;
   if (!whole) return record;
   record.model = estimate.model;
-  record.pose = estimate.pose;
+  record.pose = PoseOfEstimate(estimate, example.problem);
   for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
     if (estimate.inliers[i] != 0) record.inlier_rows.push_back(static_cast<std::int32_t>(i));
   record.inlier_threshold = estimate.inlier_threshold;

@@ -14,6 +14,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/random.h"
+#include "diffsac/estimate/diagnose.h"
 #include "diffsac/estimate/estimation_priors.h"
 #include "diffsac/problem/match_probabilities.h"
 #include "lab/config/dataset_factory.h"
@@ -88,7 +89,7 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
   static_cast<EstimateRecord&>(record) = RecordOf(example, estimate, experiment.estimates);
   record.scene = experiment.GroupOf(example.scene);
   record.error = MeasureError(estimate, example);
-  AddPoseError(experiment.estimates ? record.pose : estimate.pose, example, &record.error);
+  AddPoseError(experiment.estimates ? record.pose : PoseOfEstimate(estimate, example.problem), example, &record.error);
   record.has_ambiguous_pose = estimate.ambiguous_pose.has_value();
   record.error_probability = estimate.error_probability;
   record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "diffsac/estimate/diagnose.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/eval/estimates.h"
 #include "lab/eval/format.h"
@@ -92,7 +93,7 @@ std::string PoseSpreadText(const Eigen::MatrixXd& covariance) {
 namespace {
 
 /// Of a camera in a known scene.
-std::string ScenePoseText(const Estimate& estimate) {
+std::string ScenePoseText(const Problem& problem, const Estimate& estimate) {
   const auto text = [](const RigidMotion& pose) {
     const auto three = [](const Eigen::Vector3d& v) { return Format("(%.7g, %.7g, %.7g)", v[0], v[1], v[2]); };
     return RotationText(pose.rotation) + "  t =  " + three(pose.translation) +
@@ -100,7 +101,7 @@ std::string ScenePoseText(const Estimate& estimate) {
            three(-pose.rotation.transpose() * pose.translation) + "\n";
   };
   std::string all;
-  if (const auto& pose = estimate.pose) all += text(*pose);
+  if (const auto pose = PoseOfEstimate(estimate, problem)) all += text(*pose);
   if (const auto& covariance = estimate.pose_covariance) all += PoseSpreadText(*covariance);
   if (estimate.ambiguous_pose)
     all += "  the points lie on one plane, and this pose explains them as well:\n" + text(*estimate.ambiguous_pose);
@@ -109,10 +110,10 @@ std::string ScenePoseText(const Estimate& estimate) {
 
 /// Of motions with a translation: the pose, how sure it is, and the other one of a plane; or that there is none.
 std::string MotionText(const Problem& problem, const Estimate& estimate) {
-  if (problem.task == Task::kAbsolutePose) return ScenePoseText(estimate);
+  if (problem.task == Task::kAbsolutePose) return ScenePoseText(problem, estimate);
   if (problem.task == Task::kHomography && !problem.cameras)
     return "  no pose: that of a homography needs --calibration, --cameras or --focal\n";
-  const auto& pose = estimate.pose;
+  const auto pose = PoseOfEstimate(estimate, problem);
   if (!pose || pose->translation.isZero(0.0)) return "";
   std::string text = PoseText(*pose);
   if (const auto& covariance = estimate.pose_covariance)

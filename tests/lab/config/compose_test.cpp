@@ -38,7 +38,7 @@ methods:
   CHECK(Row(text, 0).Text("name") == "a");
   CHECK(Row(text, 0).Text("type") == "diffsac");
   CHECK(Row(text, 0).Text("consensus.score") == "msac");
-  CHECK(Row(text, 1).Text("copies") == "5");
+  CHECK(Row(text, 1).Text("num_diffusion_samples") == "5");
   CHECK(Row(text, 1).Text("consensus.refit") == "em");
   CHECK(Row(text, 1).Text("consensus.score") == "msac");
   CHECK_THAT(Composed(text), !Contains("settings") && !Contains("use:"));
@@ -59,7 +59,7 @@ TEST_CASE("rows and settings of several files come together by name") {
   REQUIRE(rows.size() == 3);
   CHECK(rows[0].Text("label") == "Mine");
   CHECK(rows[0].Text("checkpoint") == "m.safetensors");
-  CHECK(rows[0].Text("copies") == "3");
+  CHECK(rows[0].Text("num_diffusion_samples") == "3");
   CHECK(rows[1].Text("max_iterations") == "7");
   CHECK(rows[2].Text("name") == "o");  // The ceiling is last, whichever file it comes from.
 }

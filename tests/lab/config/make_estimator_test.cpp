@@ -100,7 +100,7 @@ TEST_CASE("a resolved diffsac row has its checkpoint's inference group under its
       ConfigFromYaml("{type: diffsac, checkpoint: '" + saved.path + "', num_guided_samples: 3}", "t.yaml");
   const Config row = ResolvedRow(own, Task::kLine, {});
   CHECK(row.Text("checkpoint") == saved.path);
-  CHECK(row.Text("copies") == "7");
+  CHECK(row.Text("num_diffusion_samples") == "7");
   CHECK(row.Text("sampler.steps") == "2");
   CHECK(row.Text("num_guided_samples") == "3");
   CHECK(ToYaml(ResolvedRow(row, Task::kLine, {})) == ToYaml(row));
@@ -112,7 +112,8 @@ TEST_CASE("a diffsac row that cannot be built is a clear error") {
   CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: none.safetensors}"), Catch::Contains("none.safetensors"));
   CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: '" + saved.path + "'}", Task::kPlane),
                     Catch::Contains("line") && Catch::Contains("plane"));
-  CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: '" + saved.path + "', copie: 3}"), Catch::Contains("copies"));
+  CHECK_THROWS_WITH(Make("{type: diffsac, checkpoint: '" + saved.path + "', num_diffusion_sample: 3}"),
+                    Catch::Contains("num_diffusion_samples"));
 }
 
 TEST_CASE("a key that changes nothing in a diffsac row is an error with its line, an inherited one is not") {

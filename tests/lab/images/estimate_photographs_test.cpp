@@ -126,9 +126,9 @@ TEST_CASE("photographs: every pair is what two images alone give, whatever the t
 
   const std::vector<std::string> lines = Lines(ReadFile(run.output + "/poses.csv"));
   REQUIRE(lines.size() == 7);
-  CHECK(
-      lines[0].ends_with(",focal1_source,focal2_source,other_qw,other_qx,other_qy,other_qz,other_tx,other_ty,other_tz,"
-                         "camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,focal2_high_px"));
+  CHECK(lines[0].ends_with(
+      ",focal1_source,focal2_source,other_qw,other_qx,other_qy,other_qz,other_tx,other_ty,other_tz,"
+      "camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,focal2_high_px,focal1_observable,focal2_observable"));
   CHECK(lines[1].starts_with("v-0.png,v-1.png,ok,0,prosac,5,"));
   // They show one plane, which two motions explain.
   CHECK(lines[1].find(",determined,given,given,0.") != std::string::npos);

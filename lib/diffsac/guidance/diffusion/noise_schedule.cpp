@@ -69,9 +69,8 @@ void Check(const NoiseScheduleOptions& o) {
     if (!ok) throw Error(std::string("noise schedule: ") + expected);
   };
   require(o.steps >= 1 && o.steps <= 100000, "steps: expected from 1 to 100000");
-  if (o.kind != NoiseScheduleKind::kCosine)
-    require(o.beta_start > 0.0 && o.beta_end >= o.beta_start && o.beta_end <= 0.999,
-            "beta_end: expected at least beta_start, both above 0 and at most 0.999");
+  require(o.beta_start > 0.0 && o.beta_end >= o.beta_start && o.beta_end <= 0.999,
+          "beta_end: expected at least beta_start, both above 0 and at most 0.999");
   require(o.kind != NoiseScheduleKind::kLinearScaled || kLinearReferenceSteps / o.steps * o.beta_end < 1.0,
           "steps: expected more for linear_scaled, so that beta_end * 1000 / steps is below 1");
   require(!o.zero_terminal_snr || o.steps >= 2, "steps: expected at least 2 with zero_terminal_snr");
