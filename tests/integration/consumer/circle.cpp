@@ -1,6 +1,6 @@
 // A circle in an image's edge points: an own model of thirty lines, estimated by ransac::Search. The image is drawn
 // here, a disc over stripes and a box with noise, so that the circle is known. Fails where the estimate is off.
-#include <diffsac/consensus/search.h>
+#include <diffsac/ransac/search.h>
 
 #include <Eigen/Cholesky>
 #include <cmath>
