@@ -16,7 +16,7 @@ int main(int, char** argv) {
                                  .snn_ratio = rows.col(4),
                                  .scale_rotation_changes = rows.rightCols<2>()};
   const auto estimate = diffsac::EstimateEssential(matches, {K, K});
-  if (estimate.verdict != diffsac::Verdict::kReliable) return 1;
+  if (!estimate.pose || estimate.verdict == diffsac::Verdict::kUnsupported) return 1;
   std::cout.precision(12);
   std::cout << estimate.num_inliers << " inliers\n" << estimate.pose->rotation << "\n" << estimate.model << "\n";
 }
