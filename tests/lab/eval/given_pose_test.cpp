@@ -121,7 +121,7 @@ TEST_CASE("tables and files have the given pose") {
   CHECK_THAT(ResultsCsv(report), Contains(",mean,all,one,mAA_pose@10deg,0.3333"));
   CHECK_THAT(
       ProblemsCsv(results),
-      Contains(",pose_rotation_deg,pose_translation_deg,pose_deg,translation,has_ambiguous_pose,error_probability\n") &&
+      Contains(",pose_rotation_deg,pose_translation_deg,pose_deg,degeneracy,has_ambiguous_pose,error_probability\n") &&
           Contains(",180,180,pure_rotation,0,\n") && Contains(",180,180,180,not_tested,0,\n"));
 }
 
