@@ -21,10 +21,10 @@ grep -q "^README.md:$line: a figure is not what its page has" "$own/out" || fail
 run_expecting 0 docs README.md docs/*.md docs/results/claims.md
 cmp README.md "$source/README.md" || fail "the filled document is another one"
 # A page is as it was written, and its data are its own.
-sed -i '/^| RANSAC 20 /s/0\.[0-9]/0.0/' docs/results/line.md
+sed -i '/^| RANSAC 20 /s/0\.[0-9]/0.0/' docs/results/plane.md
 run_expecting 1 docs --check --check-pages README.md docs/*.md docs/results/claims.md
-grep -q "results/line.md: was changed after it was written" "$own/out" || fail "the changed page was not named"
-grep -q "results/line.md: its table .* is not that of line.json" "$own/out" || fail "a page and its data differ, which was not named"
+grep -q "results/plane.md: was changed after it was written" "$own/out" || fail "the changed page was not named"
+grep -q "results/plane.md: its table .* is not that of plane.json" "$own/out" || fail "a page and its data differ, which was not named"
 echo "<!-- figure: nothing -->1<!-- / -->" >wrong.md
 run_expecting 2 docs wrong.md
 grep -q "wrong.md: docs/figures.yaml.*figures.nothing" "$own/err" || fail "a mark without a definition was not named"
