@@ -3,8 +3,8 @@
 //
 // In frames whose y axis is down, R is a turn about y by θ. With q = tan(θ/2), three matches have a common t where the
 // determinant of their (R x1) × x2, a polynomial in q of degree 6, is 0.
-#include <diffsac/ransac/search.h>
 #include <diffsac/geometry/polynomial.h>
+#include <diffsac/ransac/search.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
