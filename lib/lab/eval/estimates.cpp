@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <new>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -468,6 +469,8 @@ EstimateFile EstimatesFromBytes(std::string bytes, const std::string& name) {
     throw Error(place + ": no estimates of diffsac_eval: " + Describe(e));
   } catch (const Error& e) {
     throw Error(place + ": no estimates of diffsac_eval: " + e.what());
+  } catch (const std::bad_alloc&) {
+    throw Error(place + ": too large for the memory");
   }
 }
 
