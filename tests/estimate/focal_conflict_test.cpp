@@ -64,7 +64,7 @@ struct Views {
     estimate.inliers.assign(250, 1);
   }
 
-  std::optional<FocalConflict> Conflict() const { return FindFocalConflict(problem, estimate); }
+  std::optional<FocalConflict> Conflict() const { return FindFocalConflict(NormalizedProblem(problem), estimate); }
 };
 
 /// As an estimate of one unknown length, of the prior's or `estimated`, says.
@@ -122,7 +122,7 @@ TEST_CASE("a prior contradicts matches by its width") {
   for (const double prior : {225.0, 900.0, 1800.0}) {
     CAPTURE(prior);
     Views views = OfPrior(prior, 0.1, std::sqrt(prior * kFocal));
-    TellFocalConflict(views.problem, &views.estimate);
+    TellFocalConflict(NormalizedProblem(views.problem), &views.estimate);
     REQUIRE(views.estimate.focal_conflict);
     CHECK(views.estimate.focal_conflict->said_px[0] == Approx(prior));
     CHECK(views.estimate.focal_conflict->found_px[0] == Approx(kFocal).epsilon(0.1));

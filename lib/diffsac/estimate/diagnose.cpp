@@ -95,7 +95,7 @@ class Diagnosis {
     estimate_.pose = Pose();
     if (several || estimate_.MayBeChance()) return;
     TellAmbiguousPose();
-    if (!IsUndetermined(estimate_.degeneracy)) TellFocalConflict(problem_, &estimate_);
+    if (!IsUndetermined(estimate_.degeneracy)) TellFocalConflict(space_, &estimate_);
   }
 
   std::optional<RigidMotion> Pose() {

@@ -29,21 +29,21 @@ struct Said {
   bool swapped = false;
 };
 
-Said SaidOfCalibrations(const Problem& problem, const Estimate& estimate) {
-  const CameraPair& cameras = *problem.cameras;
+Said SaidOfCalibrations(const NormalizedProblem& solved, const Estimate& estimate) {
+  const CameraPair& cameras = *solved.problem().cameras;
   return {{UnknownFocal::kBoth},
-          NormalizedCoordinates(problem.points, cameras.K1, cameras.K2),
-          cameras.MeanFocal(),
+          solved.points(),
+          solved.unit(),
           AsFocalParameters(Matrix3Parameters(estimate.model), 1.0, 1.0),
           {FocalOf(cameras.K1), FocalOf(cameras.K2)},
           Eigen::Matrix2d::Zero()};
 }
 
-Said SaidOfPriors(UnknownFocal unknown, const Problem& problem, const Estimate& estimate) {
+Said SaidOfPriors(UnknownFocal unknown, const NormalizedProblem& solved, const Estimate& estimate) {
   constexpr double kOneLength = 0.05;
-  const FocalSpace space = FocalSpaceOf(unknown, problem).value();
-  Said said{{unknown}, {}, 1.0, FocalParameters(estimate.model), space.unit, Eigen::Matrix2d::Zero(), space.swapped};
-  said.points = NormalizeFocal(unknown, problem, &said.unit);
+  const FocalSpace space = FocalSpaceOf(unknown, solved.problem()).value();
+  Said said{{unknown},  solved.points(),         solved.unit(), FocalParameters(estimate.model),
+            space.unit, Eigen::Matrix2d::Zero(), space.swapped};
   const auto& sigmas = estimate.focal->prior_log_sigma;
   for (int k = 0; k < 2; ++k) said.spread(k, k) = std::pow(sigmas[space.swapped ? 1 - k : k], 2);
   if (unknown != UnknownFocal::kBoth) return said;
@@ -54,11 +54,12 @@ Said SaidOfPriors(UnknownFocal unknown, const Problem& problem, const Estimate& 
   return said;
 }
 
-std::optional<Said> SaidOf(const Problem& problem, const Estimate& estimate) {
-  if (problem.task == Task::kEssential) return SaidOfCalibrations(problem, estimate);
-  return DispatchDescription(problem.task, [&]<class Description>() -> std::optional<Said> {
+std::optional<Said> SaidOf(const NormalizedProblem& solved, const Estimate& estimate) {
+  const Task task = solved.problem().task;
+  if (task == Task::kEssential) return SaidOfCalibrations(solved, estimate);
+  return DispatchDescription(task, [&]<class Description>() -> std::optional<Said> {
     if constexpr (requires { Description::kUnknownFocal; })
-      if (estimate.focal) return SaidOfPriors(Description::kUnknownFocal, problem, estimate);
+      if (estimate.focal) return SaidOfPriors(Description::kUnknownFocal, solved, estimate);
     return std::nullopt;
   });
 }
@@ -138,9 +139,9 @@ std::optional<FocalConflict> ConflictOf(UnknownFocal open, const Said& said, con
 
 }  // namespace
 
-std::optional<FocalConflict> FindFocalConflict(const Problem& problem, const Estimate& estimate) {
-  if (estimate.status != Status::kOk || !estimate.instances.empty() || problem.points.cols() != 4) return std::nullopt;
-  const auto said = SaidOf(problem, estimate);
+std::optional<FocalConflict> FindFocalConflict(const NormalizedProblem& solved, const Estimate& estimate) {
+  if (estimate.status != Status::kOk || !estimate.instances.empty() || solved.points().cols() != 4) return std::nullopt;
+  const auto said = SaidOf(solved, estimate);
   if (!said || !said->points.allFinite()) return std::nullopt;
   const RobustLoss loss{LossKind::kTruncated, estimate.inlier_threshold / said->unit};
   for (const UnknownFocal open : said->open)
@@ -148,8 +149,8 @@ std::optional<FocalConflict> FindFocalConflict(const Problem& problem, const Est
   return std::nullopt;
 }
 
-void TellFocalConflict(const Problem& problem, Estimate* estimate) {
-  estimate->focal_conflict = FindFocalConflict(problem, *estimate);
+void TellFocalConflict(const NormalizedProblem& solved, Estimate* estimate) {
+  estimate->focal_conflict = FindFocalConflict(solved, *estimate);
   if (!estimate->focal_conflict) return;
   estimate->pose_covariance.reset();
   if (!estimate->focal) return;

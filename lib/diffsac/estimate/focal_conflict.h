@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "diffsac/estimate/robust_estimator.h"
-#include "diffsac/problem/problem.h"
+#include "diffsac/problem/normalized_problem.h"
 
 namespace diffsac {
 
@@ -15,10 +15,10 @@ namespace diffsac {
 /// ahead, leave the more open.
 ///
 /// Of right poses of real pairs with right calibrations .4 to 1.6 % have one (docs/two_view.md).
-std::optional<FocalConflict> FindFocalConflict(const Problem& problem, const Estimate& estimate);
+std::optional<FocalConflict> FindFocalConflict(const NormalizedProblem& solved, const Estimate& estimate);
 
 /// Sets estimate->focal_conflict. Then no focal length is observable, its interval holds both values, and there is no
 /// pose_covariance.
-void TellFocalConflict(const Problem& problem, Estimate* estimate);
+void TellFocalConflict(const NormalizedProblem& solved, Estimate* estimate);
 
 }  // namespace diffsac

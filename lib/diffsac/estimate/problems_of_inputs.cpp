@@ -7,7 +7,6 @@
 
 #include "diffsac/estimate/cloud_resolution.h"
 #include "diffsac/estimate/pixel_length.h"
-#include "diffsac/estimate/presets.h"
 #include "diffsac/estimate/require.h"
 #include "diffsac/geometry/calibration.h"
 #include "diffsac/problem/keypoint_similarity.h"
@@ -96,7 +95,13 @@ std::optional<ModelParameters> MotionInFrames(const std::optional<Eigen::MatrixX
   return CheckedModel(moved, 3, 4);
 }
 
-Problem ProblemOf(Task task, const Matches& matches) {
+/// What was asked for, or what is usual, in the unit of the matches.
+double ResidualOf(Task task, const Matches& matches, const std::optional<double>& max_residual) {
+  if (CheckedResidual(max_residual)) return *max_residual;
+  return DefaultThreshold(task) * LengthInResiduals(task, matches.points1, matches.points2, PixelLength);
+}
+
+Problem ProblemOf(Task task, const Matches& matches, const std::optional<double>& max_residual) {
   RequireEqualRows("points2", matches.points2.rows(), "points1", matches.points1.rows());
   Problem problem;
   problem.task = task;
@@ -106,13 +111,9 @@ Problem ProblemOf(Task task, const Matches& matches) {
   SetKeypointChanges(matches.scale_rotation_changes, &problem);
   problem.size1 = CheckedSize(matches.size1, matches.points1, "size1");
   problem.size2 = CheckedSize(matches.size2, matches.points2, "size2");
+  problem.inlier_threshold = ResidualOf(task, matches, max_residual);
+  problem.threshold_is_default = !max_residual;
   return problem;
-}
-
-/// What was asked for, or what is usual, in the unit of the matches.
-double ResidualOf(Task task, const Matches& matches, const std::optional<double>& max_residual) {
-  if (CheckedResidual(max_residual)) return *max_residual;
-  return DefaultThreshold(task) * LengthInResiduals(task, matches.points1, matches.points2, PixelLength);
 }
 
 /// A matrix of other points: pixels with the matrix of normalised coordinates, or an inverse, see all to the side.
@@ -136,6 +137,16 @@ void CheckPrior(const char* name, const std::optional<FocalPrior>& prior) {
           "a standard deviation of log f, above 0");
 }
 
+/// No lens is as short or as long.
+void RequireOfCamera(const std::optional<FocalPrior>& prior, const ImageSize& size, const std::string& name) {
+  constexpr double kLeast = 0.1, kMost = 100.0;
+  if (!prior || !size.known()) return;
+  const double longer = std::max(size.width, size.height), share = prior->focal / longer;
+  Require(share >= kLeast && share <= kMost, name + ".focal",
+          "pixels, from " + std::to_string(kLeast * longer) + " to " + std::to_string(kMost * longer) +
+              " of an image of this size");
+}
+
 template <int kColumns>
 Problem PointsProblem(Task task, const RowsView<kColumns>& points, const PointOptions& options) {
   Require(options.max_residual.has_value(), "max_residual", "a distance: there is no default");
@@ -154,9 +165,7 @@ Problem PointsProblem(Task task, const RowsView<kColumns>& points, const PointOp
 }  // namespace
 
 Problem TwoViewProblem(Task task, const Matches& matches, const ImageOptions& options) {
-  Problem problem = ProblemOf(task, matches);
-  problem.inlier_threshold = ResidualOf(task, matches, options.max_residual);
-  problem.threshold_is_default = !options.max_residual;
+  Problem problem = ProblemOf(task, matches, options.max_residual);
   problem.initial_model = CheckedMatrix(options.initial_model);
   return problem;
 }
@@ -169,28 +178,12 @@ Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, cons
   return problem;
 }
 
-namespace {
-
-/// No lens is as short or as long.
-void RequireOfCamera(const std::optional<FocalPrior>& prior, const ImageSize& size, const std::string& name) {
-  constexpr double kLeast = 0.1, kMost = 100.0;
-  if (!prior || !size.known()) return;
-  const double longer = std::max(size.width, size.height), share = prior->focal / longer;
-  Require(share >= kLeast && share <= kMost, name + ".focal",
-          "pixels, from " + std::to_string(kLeast * longer) + " to " + std::to_string(kMost * longer) +
-              " of an image of this size");
-}
-
-}  // namespace
-
 Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& options, const Eigen::Matrix3d* K1) {
   Require(!options.principal_point1 || options.principal_point1->allFinite(), "principal_point1", "finite pixels");
   Require(!options.principal_point2 || options.principal_point2->allFinite(), "principal_point2", "finite pixels");
   CheckPrior("prior", options.prior);
   CheckPrior("prior2", options.prior2);
-  Problem problem = ProblemOf(task, matches);
-  problem.inlier_threshold = ResidualOf(task, matches, options.max_residual);
-  problem.threshold_is_default = !options.max_residual;
+  Problem problem = ProblemOf(task, matches, options.max_residual);
   problem.camera_prior1.principal_point = options.principal_point1;
   problem.camera_prior2.principal_point = options.principal_point2;
   problem.camera_prior1.focal = options.prior;

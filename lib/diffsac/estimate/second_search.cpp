@@ -8,7 +8,6 @@
 #include "diffsac/estimate/mirror_check.h"
 #include "diffsac/estimate/pixel_length.h"
 #include "diffsac/estimate/point_rows.h"
-#include "diffsac/estimate/presets.h"
 #include "diffsac/estimate/score_check.h"
 #include "diffsac/estimate/static_overlay.h"
 #include "diffsac/problem/tasks.h"
@@ -39,6 +38,12 @@ Estimate SearchIn(const PreparedProblem& prepared, const Search& search, SearchR
   return estimate;
 }
 
+/// Either result costs what both searches did.
+void JoinCosts(Estimate* second, Estimate* estimate) {
+  AddCost(estimate->stats, &second->stats);
+  estimate->stats = second->stats;
+}
+
 /// Takes the result of the second search where it is the better one.
 bool Take(const PreparedProblem& prepared, Estimate second, Estimate* estimate) {
   Diagnose(prepared, &second);
@@ -51,8 +56,7 @@ bool SearchMoving(const PreparedProblem& prepared, const Search& search, Estimat
   const Problem part = PartOf(prepared.problem(), rows);
   const PreparedProblem moving(part, prepared.space().noise());
   Estimate second = SearchIn(moving, search, SearchReason::kStill);
-  AddCost(estimate->stats, &second.stats);
-  estimate->stats = second.stats;
+  JoinCosts(&second, estimate);
   if (!IsBetterMoving(rows, second, *estimate)) return false;
   Diagnose(moving, &second);
   SpreadMoving(rows, static_cast<std::size_t>(prepared.problem().points.rows()), &second);
@@ -75,8 +79,7 @@ bool SearchWithoutScores(const PreparedProblem& prepared, const Search& search, 
   problem.snn_ratio = {};
   const PreparedProblem without(problem, prepared.space().noise());
   Estimate second = SearchIn(without, search, SearchReason::kScores);
-  AddCost(estimate->stats, &second.stats);
-  estimate->stats = second.stats;
+  JoinCosts(&second, estimate);
   if (!IsBetterWithoutScores(prepared.problem(), second, *estimate)) return false;
   second.scores_ignored = true;
   return Take(without, std::move(second), estimate);
@@ -86,8 +89,7 @@ bool SearchAboutNoise(const PreparedProblem& prepared, const Search& search, Est
   const Problem& problem = prepared.problem();
   const PreparedProblem suited(problem, RangeAbout(estimate->sigma, problem.task));
   Estimate second = SearchIn(suited, search, SearchReason::kNoise);
-  AddCost(estimate->stats, &second.stats);
-  estimate->stats = second.stats;
+  JoinCosts(&second, estimate);
   return second.status == Status::kOk && Take(suited, std::move(second), estimate);
 }
 
