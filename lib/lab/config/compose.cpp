@@ -1,7 +1,6 @@
 #include "lab/config/compose.h"
 
 #include <algorithm>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -135,9 +134,7 @@ ConfigTree Chosen(const ConfigTree& rows, const ConfigTree& names) {
   return chosen;
 }
 
-/// What `rows` did not choose goes to *gone, by name.
-ConfigTree ComposeEstimators(const ConfigTree& methods, ConfigTree settings, const ConfigTree& names,
-                             std::set<std::string>* gone) {
+ConfigTree ComposeEstimators(const ConfigTree& methods, ConfigTree settings, const ConfigTree& names) {
   const ConfigTree listed = NamedRows(methods);
   if (listed.kind != TreeKind::kSequence) return listed;  // Its reader says what was expected.
   const Settings known(std::move(settings));
@@ -146,60 +143,7 @@ ConfigTree ComposeEstimators(const ConfigTree& methods, ConfigTree settings, con
     resolved.items.push_back(row.kind == TreeKind::kMap ? known.Resolve(row) : row);
   // A list has its author's order; a map may come from several files.
   if (methods.kind == TreeKind::kMap) resolved = WithOracleLast(std::move(resolved));
-  if (names.kind == TreeKind::kNull) return resolved;
-  for (const ConfigTree& row : resolved.items) gone->insert(TextOf(row, "name"));
-  ConfigTree rows = Chosen(resolved, names);
-  for (const ConfigTree& row : rows.items) gone->erase(TextOf(row, "name"));
-  return rows;
-}
-
-/// Of a list of names, or of pairs of names, what has none of these.
-void DropFrom(ConfigTree* list, const std::set<std::string>& gone) {
-  if (list == nullptr) return;
-  std::erase_if(list->items, [&](const ConfigTree& item) {
-    return gone.count(item.scalar) > 0 ||
-           std::any_of(item.items.begin(), item.items.end(),
-                       [&](const ConfigTree& name) { return gone.count(name.scalar) > 0; });
-  });
-}
-
-void DropKey(const std::string& key, ConfigTree* map, const std::set<std::string>& gone) {
-  if (map != nullptr && gone.count(TextOf(*map, key)) > 0) Take(map, key);
-}
-
-/// Takes out what refers to rows that were not chosen.
-void ForgetRows(const std::set<std::string>& gone, ConfigTree* root) {
-  if (ConfigTree* figures = root->Find("figures")) {
-    DropFrom(figures->Find("bars"), gone);
-    DropFrom(figures->Find("qualitative_methods"), gone);
-    DropKey("qualitative_method", figures, gone);
-  }
-  DropKey("reference", root, gone);
-  DropFrom(root->Find("compare"), gone);
-  if (ConfigTree* strata = root->Find("strata"))
-    for (ConfigTree& one : strata->items) DropFrom(one.Find("rows"), gone);
-  if (ConfigTree* paper = root->Find("paper"))
-    for (ConfigEntry& row : paper->entries) DropKey("ours", &row.value, gone);
-}
-
-/// A single value, of this kind, as a list of one.
-ConfigTree ListOf(ConfigTree value, TreeKind single = TreeKind::kScalar) {
-  if (value.kind != single) return value;
-  ConfigTree list = ListAt(value);
-  list.items.push_back(std::move(value));
-  return list;
-}
-
-ConfigTree PairsOf(const ConfigTree& compare) {
-  if (compare.kind != TreeKind::kMap) return compare;
-  ConfigTree pairs = ListAt(compare);
-  for (const ConfigEntry& entry : compare.entries)
-    for (const std::string& other : Words(entry.value, "compare." + entry.key)) {
-      ConfigTree pair = ListAt(entry.value);
-      pair.items = {ScalarAt(entry.value, entry.key), ScalarAt(entry.value, other)};
-      pairs.items.push_back(std::move(pair));
-    }
-  return pairs;
+  return names.kind == TreeKind::kNull ? resolved : Chosen(resolved, names);
 }
 
 }  // namespace
@@ -218,20 +162,13 @@ Config ComposeExperiment(const Config& config) {
   const ConfigTree values = root;
   Interpolate(values, &root);
   root = WithFoundPaths(composed).impl_->document->root;
-  if (ConfigTree* strata = root.Find("strata")) *strata = ListOf(std::move(*strata), TreeKind::kMap);
   ConfigTree settings = Take(&root, "settings"), sweep = Take(&root, "sweep");
   const ConfigTree names = Take(&root, "rows");
   if (sweep.kind != TreeKind::kNull) {
     if (root.Find("conditions") != nullptr) FailAt(sweep, "sweep", "there are 'conditions' already");
     PutIn(&root, "conditions", SweptConditions(sweep));
   }
-  std::set<std::string> gone;
-  if (ConfigTree* methods = root.Find("methods"))
-    *methods = ComposeEstimators(*methods, std::move(settings), names, &gone);
-  if (ConfigTree* compare = root.Find("compare")) *compare = PairsOf(*compare);
-  ForgetRows(gone, &root);
-  if (ConfigTree* groups = root.Find("scene_groups"))
-    for (ConfigEntry& group : groups->entries) group.value = ListOf(std::move(group.value));
+  if (ConfigTree* methods = root.Find("methods")) *methods = ComposeEstimators(*methods, std::move(settings), names);
   return composed;
 }
 
