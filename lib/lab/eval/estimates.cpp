@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "diffsac/estimate/diagnose.h"
+#include "lab/config/run_directory.h"
 #include "lab/eval/hdf5_columns.h"
 #include "lab/eval/kept_examples.h"
 #include "lab/eval/results.h"
@@ -73,7 +74,7 @@ void PutColumns(const Columns<EstimateRecord>& columns) {
   using R = EstimateRecord;
   columns.Values("index", [](const R& r) { return r.index; });
   columns.Values("id", [](const R& r) { return r.id; });
-  columns.Values("scene", [](const R& r) { return r.data_scene; });
+  columns.Values("scene", [](const R& r) { return r.scene; });
   columns.Values("status", [](const R& r) { return std::string(ToString(r.status)); });
   const std::size_t width = columns.Rows("model", 1, [](const R& r) { return NumbersOf(r.model); });
   columns.Rows("pose", 12, [](const R& r) { return PoseMatrix(r.pose); });
@@ -82,9 +83,8 @@ void PutColumns(const Columns<EstimateRecord>& columns) {
     columns.Rows("ambiguous_pose", 12, [](const R& r) { return PoseMatrix(r.ambiguous_pose); });
   columns.Values("cheirality_failure_ratio", [](const R& r) { return r.cheirality_failure_ratio; });
   if (columns.Any([](const R& r) { return r.pose_covariance.has_value(); }))
-    columns.Rows("pose_covariance", 1, [](const R& r) {
-      return r.pose_covariance ? NumbersOf(*r.pose_covariance) : std::vector<double>();
-    });
+    columns.Rows("pose_covariance", 1,
+                 [](const R& r) { return r.pose_covariance ? NumbersOf(*r.pose_covariance) : std::vector<double>(); });
   PutFocals(columns);
   columns.Values("score", [](const R& r) { return r.score; });
   columns.Values("sigma", [](const R& r) { return r.sigma; });
@@ -93,8 +93,7 @@ void PutColumns(const Columns<EstimateRecord>& columns) {
   columns.Values("points", [](const R& r) { return std::int64_t{r.points}; });
   columns.Lists("inliers", [](const R& r) { return r.inlier_rows; });
   columns.Values("inlier_threshold", [](const R& r) { return r.inlier_threshold; });
-  if (columns.Any([](const R& r) { return !r.rows.empty(); }))
-    columns.Lists("rows", [](const R& r) { return r.rows; });
+  if (columns.Any([](const R& r) { return !r.rows.empty(); })) columns.Lists("rows", [](const R& r) { return r.rows; });
   columns.Lists("probabilities", [](const R& r) { return r.inlier_probabilities; });
   PutInstances(columns, width);
 }
@@ -122,7 +121,7 @@ EstimateRecord RecordOf(const Example& example, const Estimate& estimate, bool w
   EstimateRecord record;
   record.index = example.index;
   record.id = ProblemName(example);
-  record.data_scene = example.scene;
+  record.scene = example.scene;
   record.status = estimate.status;
   record.points = static_cast<int>(example.problem.points.rows());
   record.draws = estimate.stats.iterations;

@@ -21,7 +21,7 @@ inline constexpr const char* kEstimatesFile = "estimates.h5";
 struct EstimateRecord {
   std::uint64_t index = 0;  ///< The problem's place in its condition's data.
   std::string id;
-  std::string data_scene;  ///< In the data, whatever its group is called.
+  std::string scene;
   Status status = Status::kNoModel;
   ModelParameters model;                           ///< Empty unless status is ok; E in normalised coordinates.
   std::optional<RigidMotion> pose;                 ///< Where the model has one (PoseOfEstimate).

@@ -72,8 +72,7 @@ void PutPoints(const H5::Group& group, const std::string& name, const PointMatri
 std::vector<std::size_t> ExamplePositions(const ExperimentOptions& experiment, std::size_t problems) {
   const std::size_t count = std::min(static_cast<std::size_t>(experiment.examples), problems);
   std::vector<std::size_t> positions;
-  for (std::size_t i = 0; i < count; ++i)
-    positions.push_back(IsTwoView(experiment.task) ? i * problems / count : i);
+  for (std::size_t i = 0; i < count; ++i) positions.push_back(IsTwoView(experiment.task) ? i * problems / count : i);
   return positions;
 }
 
@@ -129,7 +128,7 @@ void PutExamples(const ExperimentResults& results, H5::H5File& file) {
     numbers[{kept.condition, kept.example.index}] = examples.size();
     examples.push_back(ExampleJson(kept));
     PutPoints(group, "points" + number, problem.points);
-    PutPoints(group, "image_points" + number, ImagePoints(problem));
+    if (!IsTwoView(problem.task)) PutPoints(group, "image_points" + number, ImagePoints(problem));
     PutPoints(group, "source" + number, kept.source);
     const std::vector<std::uint8_t>& inliers = kept.example.truth.inliers;
     if (!inliers.empty()) WriteNumbers(group, "inliers" + number, inliers.data(), {inliers.size()});

@@ -30,7 +30,6 @@ struct PoseLevels {
 /// One method on one problem: the estimate (whole where the experiment keeps estimates) and what the truth says of it.
 /// What files have of it is listed once, in run_files.cpp and, of estimates.h5, in estimates.cpp.
 struct ProblemRecord : EstimateRecord {
-  std::string scene;  ///< Its group (ExperimentOptions::scene_groups) where it has one.
   EstimateError error;
   int inliers = 0;    ///< How many.
   PoseLevels levels;  ///< By the estimate's own covariance.
