@@ -100,12 +100,9 @@ void BindOptions(OptionsBinder& b, DiffsacOptions& o) {
   b.Field("extra_sampler", o.extra_sampler, {MinimalSamplerKind::kUniform, MinimalSamplerKind::kProsac})
       .OnlyIf(o.num_uniform_samples > 0, "num_uniform_samples above 0")
       .Help("prosac samples uniformly on data without matching ratios");
-  b.Field("unique_sets", o.unique_sets)
-      .OnlyIf(diffusion || !o.unique_sets, by_diffusion)
-      .Help("no minimal set of the copies is solved twice");
   const bool may_lack = diffusion && o.unique_sets && o.selection == SetSelection::kMaximum;
   b.Field("intermediate_sets", o.intermediate_sets)
-      .OnlyIf(may_lack || !o.intermediate_sets, "num_diffusion_samples above 0, selection: maximum and unique_sets")
+      .OnlyIf(may_lack || !o.intermediate_sets, "num_diffusion_samples above 0 and selection: maximum")
       .Help("where the copies have no new set, or go on, predictions of earlier reverse steps follow, latest first");
   b.Field("learned_refit", o.weighted_fit)
       .Help("add one weighted least-squares hypothesis with the network's inlier probabilities as weights");

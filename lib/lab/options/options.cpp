@@ -155,7 +155,7 @@ OptionsBinder& OptionsBinder::Choices(const char* key, std::vector<std::string>&
   return Choices(key, value, std::vector<std::string>(choices.begin(), choices.end()));
 }
 
-OptionsBinder& OptionsBinder::GroupWith(const char* key, const Impl::Bind& bind, std::type_index options) {
+OptionsBinder& OptionsBinder::GroupWith(const char* key, const Impl::Bind& bind) {
   Impl inner = impl_->Inner(key);
   if (impl_->mode == Mode::kWrite) {
     impl_->Start(key, "", inner.WriteMap(bind));
@@ -163,7 +163,6 @@ OptionsBinder& OptionsBinder::GroupWith(const char* key, const Impl::Bind& bind,
     OptionsBinder binder(&inner);
     bind(binder);
     impl_->Start(key, "a map", ConfigTree());
-    impl_->described.back().options = options;
     impl_->described.back().children = std::move(inner.described);
   } else {
     inner.ReadMap(impl_->Start(key, "", ConfigTree()), bind);
@@ -173,8 +172,7 @@ OptionsBinder& OptionsBinder::GroupWith(const char* key, const Impl::Bind& bind,
 
 OptionsBinder& OptionsBinder::ListWith(const char* key, std::size_t size,
                                        const std::function<void(std::size_t)>& resize,
-                                       const std::function<void(std::size_t, OptionsBinder&)>& bind,
-                                       std::type_index options) {
+                                       const std::function<void(std::size_t, OptionsBinder&)>& bind) {
   const auto bind_at = [&bind](std::size_t index) { return [&bind, index](OptionsBinder& b) { bind(index, b); }; };
   if (impl_->mode == Mode::kWrite) {
     ConfigTree list;
@@ -189,7 +187,6 @@ OptionsBinder& OptionsBinder::ListWith(const char* key, std::size_t size,
     resize(1);
     bind(0, binder);
     impl_->Start(key, "a list of maps", ConfigTree());
-    impl_->described.back().options = options;
     impl_->described.back().children = std::move(inner.described);
     return *this;
   }

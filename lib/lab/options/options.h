@@ -5,7 +5,6 @@
 #include <initializer_list>
 #include <optional>
 #include <string>
-#include <typeindex>
 #include <vector>
 
 #include "diffsac/core/enum_names.h"
@@ -104,14 +103,13 @@ class OptionsBinder {
   OptionsBinder& Group(const char* key, Options& options) {
     return Field(key, options);
   }
-  OptionsBinder& GroupWith(const char* key, const std::function<void(OptionsBinder&)>& bind,
-                           std::type_index options = typeid(void));
+  OptionsBinder& GroupWith(const char* key, const std::function<void(OptionsBinder&)>& bind);
 
   /// A list of structs. What is given replaces what was there.
   template <Bindable Options>
   OptionsBinder& Field(const char* key, std::vector<Options>& items);
   OptionsBinder& ListWith(const char* key, std::size_t size, const std::function<void(std::size_t)>& resize,
-                          const std::function<void(std::size_t, OptionsBinder&)>& bind, std::type_index options);
+                          const std::function<void(std::size_t, OptionsBinder&)>& bind);
 
   /// A value that may be absent: nothing is written for none, and `key: ~` reads as none.
   template <class Value, class... Limit>
@@ -154,8 +152,7 @@ struct OptionDescription {
   std::string default_value;  ///< As YAML; empty for maps and for what has none.
   std::string when;           ///< Acts only then ("score: msac"); empty: always.
   std::string help;
-  std::type_index options = typeid(void);   ///< The struct behind a nested map or a list of maps.
-  std::vector<OptionDescription> children;  ///< Its keys.
+  std::vector<OptionDescription> children;  ///< The keys of a nested map, or of a list of maps.
 };
 
 void ReadOptionsWith(const Config& config, const std::function<void(OptionsBinder&)>& bind);
@@ -229,15 +226,14 @@ OptionsBinder& OptionsBinder::Field(const char* key, std::vector<Enum>& values) 
 
 template <Bindable Options>
 OptionsBinder& OptionsBinder::Field(const char* key, Options& options) {
-  return GroupWith(
-      key, [&options](OptionsBinder& inner) { BindAny(inner, options); }, typeid(Options));
+  return GroupWith(key, [&options](OptionsBinder& inner) { BindAny(inner, options); });
 }
 
 template <Bindable Options>
 OptionsBinder& OptionsBinder::Field(const char* key, std::vector<Options>& items) {
   return ListWith(
       key, items.size(), [&items](std::size_t size) { items.assign(size, Options()); },
-      [&items](std::size_t index, OptionsBinder& inner) { BindAny(inner, items[index]); }, typeid(Options));
+      [&items](std::size_t index, OptionsBinder& inner) { BindAny(inner, items[index]); });
 }
 
 template <class Value, class... Limit>

@@ -22,7 +22,7 @@ const ConfigTree* OptionsBinder::Impl::Start(const char* key, const std::string&
   keys.push_back(key);
   if (mode == Mode::kWrite) written.entries.push_back({key, default_value});
   if (mode == Mode::kDescribe) {
-    OptionDescription description{key, expected, "", "", "", typeid(void), {}};
+    OptionDescription description{key, expected, "", "", "", {}};
     if (default_value.kind != Kind::kNull) description.default_value = FlowText(default_value);
     described.push_back(std::move(description));
   }
