@@ -15,7 +15,8 @@ from files import write_whole
 from html_page import Page
 from runs import Run
 from tables import UNKNOWN, Row, Table, markdown_table, tables_csv
-from values import bootstrap, certain, interval_text, known
+from bootstrap import interval
+from values import certain, interval_text, known
 
 MOST_CHANGED, MOST_KEYS = 30, 40
 
@@ -28,23 +29,11 @@ def number(value, form):
     return form.format(value) if known(value) else UNKNOWN
 
 
-def accuracies(run, problems):
-    """Of each problem what tables take for its accuracy, and the error that lists show."""
-    errors = problems["error_px" if run.results["unit"] == "px" else "angle_deg"].astype(float)
-    if run.results["structures"]:
-        return problems["recall"].astype(float), problems["misclassified_percent"].astype(float)
-    metric = run.results["accuracy"]["metric"]  # "mAA@0.5deg", "mAA@20px"
-    c = float(metric.split("@")[1].rstrip("degpx"))
-    bars = c ** (numpy.arange(10) / 9) if metric.endswith("px") else c * numpy.arange(1, 11) / 10
-    share = (errors.to_numpy()[:, None] <= bars).mean(1)
-    return errors.where(errors.isna(), share), errors
-
-
 def cells_of(run):
     """(condition, method) -> problems by scene, id and which estimate of the problem: joined runs have several, of as many seeds."""
-    problems = run.problems.copy()
-    problems["accuracy"], problems["error"] = accuracies(run, problems)
-    problems["again"] = problems.groupby(["condition", "method", "scene", "id"]).cumcount()
+    problems = run.made.problems
+    error = "misclassified" if run.results["structures"] else "error_px" if run.results["unit"] == "px" else "angle_deg"
+    problems = problems.assign(error=problems[error].astype(float), again=problems.groupby(["condition", "method", "scene", "id"]).cumcount())
     return {key: cell.set_index(["scene", "id", "again"]) for key, cell in problems.groupby(["condition", "method"], sort=False)}
 
 
@@ -57,7 +46,8 @@ def compared_row(a, b):
         return row
     difference = (of_b - of_a).groupby(level=["scene", "id"]).mean().dropna()  # A problem of several seeds counts once.
     row["values"] = [float(of.groupby(level=["scene", "id"]).mean().groupby(level="scene").mean().mean()) for of in (of_a, of_b)]
-    row["difference"] = bootstrap([scene.to_numpy() for _, scene in difference.groupby(level="scene")])
+    scenes = [scene.to_numpy() for _, scene in difference.groupby(level="scene", sort=False)]
+    row["difference"] = interval(numpy.concatenate(scenes), [len(scene) for scene in scenes], 0)
     return row
 
 
