@@ -185,7 +185,8 @@ def aligned_truth(found, truth):
     both = (found > 0) & (truth > 0)
     np.add.at(common, (truth[both] - 1, found[both] - 1), 1)
     number, unmatched = np.zeros(len(common) + 1, int), found.max(initial=0)
-    number[1:][(pairs := linear_sum_assignment(-common))[0]] = pairs[1] + 1
+    rows, partners = linear_sum_assignment(-common)
+    number[1:][rows] = partners + 1
     for k in np.flatnonzero(number[1:] == 0) + 1:
         unmatched += 1
         number[k] = unmatched

@@ -53,8 +53,9 @@ def joined_facts(parts):
         networks.update(part["facts"]["networks_sha256"])
     digests = [part["facts"]["data_sha256"] for part in parts]
     facts["facts"] = {**facts["facts"], "seconds": sum(part["facts"]["seconds"] for part in parts),
-                      "peak_memory_mib": max(part["facts"]["peak_memory_mib"] for part in parts), "networks_sha256": networks,
+                      "peak_memory_mib": max(part["facts"]["peak_memory_mib"] for part in parts), "networks_sha256": dict(sorted(networks.items())),
                       "data_sha256": digests[0] if len(set(digests)) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()}
+    facts["learned"] = dict(sorted(facts["learned"].items()))
     return {**facts, "methods": list(methods.values()), "partial": any(part["partial"] for part in parts), "reliability": []}
 
 
