@@ -106,13 +106,8 @@ def _angles(problems):
     return [np.array(text.split(), float) for text in texts] if any(texts) else None
 
 
-def kinds_of(problems):
-    """What of the metrics is known of some problem of each cell, by the metric's kind."""
-    def some(name):
-        return pd.Series(~np.isnan(column(problems, name))).groupby(problems["cell"].to_numpy()).any().to_numpy()
-
-    angles = problems["structure_angles_deg"].ne("").groupby(problems["cell"]).any().to_numpy() if "structure_angles_deg" in problems else some("none")
-    return {"poses": some("rotation_deg"), "focal": some("focal_error"), "given": some("pose_deg"), "instances": some("recall"), "angles": angles}
+# The metric that a kind is judged by where it is known.
+JUDGED = {"poses": "median_R_deg", "focal": "median_focal_percent", "given": "mAA_pose", "instances": "recall", "angles": "structures_within"}
 
 
 def metrics_by(problems, groups, c):
@@ -138,13 +133,13 @@ def metrics_by(problems, groups, c):
     for name in MEDIANS[3:]:
         yield "", name, groups.medians(values(name))
     rotation, translation = values("rotation_deg"), values("translation_deg")
-    posed = ~np.isnan(rotation)
+    posed = ~np.isnan(rotation) & (not c.pixels)
     yield "poses", c.named("mAA_R"), groups.means(c.shares(rotation), posed)
     yield "poses", c.named("mAA_t"), groups.means(c.shares(translation), posed)
     for degrees in (5.0, 10.0, 20.0):
         if degrees != c.value:
             yield "poses", Tolerance(degrees).named("AUC"), groups.areas(values("angle_deg"), posed, degrees)
-    yield "poses", "median_R_deg", groups.medians(rotation)
+    yield "poses", "median_R_deg", groups.medians(np.where(posed, rotation, np.nan))
     yield "poses", "median_t_deg", groups.medians(np.where(posed, translation, np.nan))
     for percent in (68, 95):  # Shares of the pairs whose covariance's region of that confidence holds the truth.
         for letter, levels in (("R", values("rotation_level")), ("t", values("translation_level"))):
@@ -168,16 +163,13 @@ def metrics_by(problems, groups, c):
 def cell_metrics(problems, c):
     """Of each cell (`cell`: 0, 1, ... without gaps): scene -> metric -> value: the scenes', `mean`, the unweighted mean over them (counts are
     summed), and with several scenes those of all problems together, `all_pairs`."""
-    problems = problems.reset_index(drop=True)
-    cells, kinds = int(problems["cell"].max()) + 1, kinds_of(problems)
-    kinds["poses"] = kinds["poses"] & (not c.pixels)
-    kinds["focal"] = kinds["focal"] & kinds["poses"]
+    problems, cells = problems.reset_index(drop=True), int(problems["cell"].max()) + 1
     codes, places = pd.factorize(pd.MultiIndex.from_arrays([problems["cell"], problems["scene"]]))
     cell_of = np.array([place[0] for place in places])
     parts = Groups(cell_of, cells)
     by_scene = list(metrics_by(problems, Groups(codes, len(places)), c))
-    whole = list(metrics_by(problems, Groups(problems["cell"], cells), c))
-    found = []
+    whole, found = list(metrics_by(problems, Groups(problems["cell"], cells), c)), []
+    kinds = {kind: ~np.isnan(values) for kind, name, values in whole if kind and name.split("@")[0] == JUDGED[kind]}
     for cell in range(cells):
         own = np.flatnonzero(cell_of == cell)
         rows = [(places[g][1], by_scene, g) for g in own] + [("mean", None, cell)] + ([("all_pairs", whole, cell)] if len(own) > 1 else [])

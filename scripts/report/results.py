@@ -23,7 +23,7 @@ class Grid:
     """The problems of a condition, a row each, in the order of the data, and its methods, a column each."""
 
     def __init__(self, problems, methods, seed):
-        self.problems, self.methods, self.seed = problems, methods, seed
+        self.problems, self.methods, self.seed, self._values = problems, methods, seed, {}
         self.index, first, at = np.unique(problems["index"].to_numpy(), return_index=True, return_inverse=True)
         self.first = problems.iloc[first]
         self.scene = pd.factorize(self.first["scene"])[0]
@@ -40,11 +40,17 @@ class Grid:
             sums = np.bincount(self._cells[known], values[known], len(self.index) * self.methods)
             return sums.reshape(-1, self.methods) / self._counts(known)
 
+    def value(self, name):
+        """`of` a column of the problems."""
+        if name not in self._values:
+            self._values[name] = self.of(column(self.problems, name))
+        return self._values[name]
+
     def within(self, chosen):
         """These problems alone. All count as one scene: one that has a single problem in a bin would otherwise weigh as much as one with
         forty, and never be redrawn."""
-        part = Grid(self.problems[np.isin(self.problems["index"].to_numpy(), self.index[chosen])].assign(scene="all"), self.methods, self.seed)
-        return part
+        own = np.isin(self.problems["index"].to_numpy(), self.index[chosen])
+        return Grid(self.problems[own].assign(scene="all"), self.methods, self.seed)
 
     def interval(self, values):
         """Of one value a problem; `UNKNOWN` without any."""
@@ -64,49 +70,32 @@ class Grid:
         return all((ran[:, m] <= ran[:, largest]).all() or (ran[:, m] >= ran[:, largest]).all() for m in competing if ran[:, m].any())
 
 
-def levels_of(factors):
-    """All choices of a level of each factor, the last factor's changing fastest."""
-    return list(itertools.product(*factors.values()))
+def level_effect(grid, rows, values):
+    """The mean over pairs of rows (one of a level, and the first level's, or None) of their difference, or of the value; None where nothing is known."""
+    of_rows = [values[:, own] - (0 if other is None else values[:, other]) for own, other in rows]
+    counts = sum(~np.isnan(one) for one in of_rows) if rows else np.zeros(0)
+    with np.errstate(invalid="ignore"):
+        return grid.interval(sum(np.nan_to_num(one) for one in of_rows) / counts) if counts.any() else None
 
 
-def effects_of(grid, names, factors, accuracies, milliseconds):
-    """By factor, then by level: how many combinations of the other factors' levels both it and the first level have, and with intervals the mean
-    over them of its accuracy minus the first level's, and its milliseconds over the first level's. Of the first level its own means."""
-    row_of = {name: m for m, name in enumerate(names) if grid.records[:, m].any()}
+def effects_of(grids, names, factors):
+    """What each level of each factor does, by condition: how many combinations of the other factors' levels both it and the first level have, and over
+    them its accuracy minus the first level's, its milliseconds over the first level's. Of the first level its own means."""
     effects = []
-    for f, (_, levels) in enumerate(factors.items()):
-        effects.append([])
-        for level in levels:
-            rows = []
-            for combination in levels_of(factors):
+    for f, (factor, levels) in enumerate(factors.items()):
+        effects.append({"factor": factor, "levels": [{"level": level, "accuracy": [], "milliseconds": [], "combinations": []} for level in levels]})
+        for grid, told in itertools.product(grids, effects[-1]["levels"]):
+            row_of, rows = {name: m for m, name in enumerate(names) if grid.records[:, m].any()}, []
+            for combination in itertools.product(*factors.values()):
                 beside = combination[:f] + (levels[0],) + combination[f + 1:]
                 own, other = row_of.get("_".join(combination)), row_of.get("_".join(beside))
-                if combination[f] == level and own is not None and other is not None:
-                    rows.append((own, None if level == levels[0] else other))
-
-            def over(values):
-                sums, counts = np.zeros(len(grid.index)), np.zeros(len(grid.index))
-                for own, other in rows:
-                    one = values[:, own] - (0 if other is None else values[:, other])
-                    sums += np.nan_to_num(one)
-                    counts += ~np.isnan(one)
-                with np.errstate(invalid="ignore"):
-                    return grid.interval(sums / counts) if counts.any() else None
-
-            ms = over(milliseconds)
-            effects[-1].append({"accuracy": over(accuracies), "combinations": len(rows),
-                                "milliseconds": ms and {end: math.exp(value) for end, value in ms.items()}})
+                if combination[f] == told["level"] and own is not None and other is not None:
+                    rows.append((own, None if told["level"] == levels[0] else other))
+            ms = level_effect(grid, rows, grid.value("log_ms"))
+            told["accuracy"].append(level_effect(grid, rows, grid.value("accuracy")))
+            told["milliseconds"].append(ms and {end: math.exp(value) for end, value in ms.items()})
+            told["combinations"].append(len(rows))
     return effects
-
-
-def effects_json(factors, by_condition):
-    return [{"factor": name, "levels": [{"level": level, **{part: [of[f][i][part] for of in by_condition]
-                                                            for part in ("accuracy", "milliseconds", "combinations")}}
-                                        for i, level in enumerate(levels)]} for f, (name, levels) in enumerate(factors.items())]
-
-
-def edge_text(edge):
-    return f"{edge:.6g}"
 
 
 def bins_of(division, problems):
@@ -116,7 +105,7 @@ def bins_of(division, problems):
         scenes = list(dict.fromkeys(problems["scene"]))
         return [(f"scene {one}", one) for one in scenes], lambda first: np.array([scenes.index(one) for one in first["scene"]])
     edges = [float(edge) for edge in division["bins"]]
-    texts = [edge_text(edge) for edge in edges]
+    texts = [f"{edge:.6g}" for edge in edges]
     names = [(f"{by} below {texts[0]}", f"< {texts[0]}")]
     names += [(f"{by} {a}-{b}", f"{a}–{b}") for a, b in zip(texts, texts[1:])] + [(f"{by} from {texts[-1]}", f"≥ {texts[-1]}")]
 
@@ -127,8 +116,8 @@ def bins_of(division, problems):
     return names, place
 
 
-def without_range(one):
-    return one and {**one, "low": None, "high": None}
+def told(interval, few):
+    return interval and {**interval, "low": None, "high": None} if few else interval
 
 
 class Results:
@@ -172,18 +161,19 @@ class Results:
         found = [m for m, one in enumerate(self.run.facts["methods"]) if (one["name"] == named if named else one["type"] == "diffsac")]
         return found[0] if found else None
 
-    def _differences(self, grids, values):
+    def _differences(self, grids, name):
         """Of each comparison, each condition's."""
-        return [[grid.difference(one, self.names.index(a), self.names.index(b)) for grid, one in zip(grids, values)] for a, b in self.compare]
+        return [[grid.difference(grid.value(name), self.names.index(a), self.names.index(b)) for grid in grids] for a, b in self.compare]
 
-    def _cell(self, c, m, metrics, accuracies, sets, bars):
+    def _cell(self, c, m, metrics, bars):
         grid, method = self.grids[c], self.run.facts["methods"][m]
-        difference = None if self.reference is None else grid.difference(accuracies[c], self.reference, m)
+        accuracies, sets = grid.value("accuracy"), grid.value("sets")[:, m]
+        difference = None if self.reference is None else grid.difference(accuracies, self.reference, m)
         cell = {"condition": self.conditions[c], "method": method["name"], "type": method["type"], "label": method["label"], "metrics": metrics,
-                self.accuracy + "_ci95": grid.interval(accuracies[c][:, m]),
+                self.accuracy + "_ci95": grid.interval(accuracies[:, m]),
                 "reference_minus_this": difference and {"reference": self.names[self.reference], **difference}}
-        if not np.isnan(sets[c][:, m]).all():
-            cell[SETS + "_ci95"] = grid.interval(sets[c][:, m])
+        if not np.isnan(sets).all():
+            cell[SETS + "_ci95"] = grid.interval(sets)
         if method["name"] in bars and self.poses and not self.structures:
             cell.update({part + "_ci95": self._angle(c, m, part) for part in ("rotation", "translation")})
         return cell
@@ -193,28 +183,20 @@ class Results:
         grid = self.grids[c]
         return grid.interval(grid.of(self.c.accuracies(column(grid.problems, part + "_deg")))[:, m])
 
-    def _effects(self, grids):
-        return [effects_of(grid, self.names, self.factors, grid.of(grid.problems["accuracy"].to_numpy()),
-                           grid.of(grid.problems["log_ms"].to_numpy(float))) for grid in grids]
-
     def _strata(self, division, cells):
         names, place = bins_of(division, self.problems)
         places, bins = [place(grid.first) for grid in self.grids], []
         for i, (name, label) in enumerate(names):
             grids = [grid.within(at == i) for grid, at in zip(self.grids, places)]
-            count = [len(grid.index) for grid in grids]
-            accuracies = [grid.of(grid.problems["accuracy"].to_numpy()) for grid in grids]
-            means = [grids[c].interval(accuracies[c][:, m]) for c, m in cells]
-            differences, effects = self._differences(grids, accuracies), self._effects(grids)
-            few = [c for c in range(len(count)) if count[c] < LEAST_OF_INTERVAL]
-            means = [without_range(one) if c in few else one for one, (c, _) in zip(means, cells)]
-            differences = [[without_range(one) if c in few else one for c, one in enumerate(row)] for row in differences]
-            for level in itertools.chain.from_iterable(level for c in few for level in effects[c]):
-                level.update({part: without_range(level[part]) for part in ("accuracy", "milliseconds")})
-            records = [{"problems": int(grids[c].records[:, m].sum()),
-                        "failures": int(grids[c].problems["failed"][grids[c].problems["m"] == m].sum())} for c, m in cells]
-            bins.append({"name": name, "label": label, "problems": count, "accuracies": means, "differences": differences,
-                         "effects": effects_json(self.factors, effects), "records": records})
+            few = [len(grid.index) < LEAST_OF_INTERVAL for grid in grids]
+            bins.append({"name": name, "label": label, "problems": [len(grid.index) for grid in grids],
+                         "accuracies": [told(grids[c].interval(grids[c].value("accuracy")[:, m]), few[c]) for c, m in cells],
+                         "differences": [list(map(told, row, few)) for row in self._differences(grids, "accuracy")],
+                         "effects": effects_of(grids, self.names, self.factors),
+                         "records": [{"problems": int((own := grids[c].problems["m"] == m).sum()), "failures": int(grids[c].problems["failed"][own].sum())}
+                                     for c, m in cells]})
+            for level in (level for factor in bins[-1]["effects"] for level in factor["levels"]):
+                level.update({part: list(map(told, level[part], few)) for part in ("accuracy", "milliseconds")})
         by, unknown = division.get("by", "inlier_share"), [int((at < 0).sum()) for at in places]
         rows = self._known(division.get("rows", [])) or self.names
         return {"by": by, "title": QUANTITIES[by], "rows": rows, "bins": bins, "unknown": unknown}
@@ -265,7 +247,6 @@ class Results:
     def _json(self):
         facts = self.run.facts
         competing = [m for m, one in enumerate(facts["methods"]) if one["type"] != "oracle"]
-        accuracies, sets = ([grid.of(grid.problems[name].to_numpy(float)) for grid in self.grids] for name in ("accuracy", "sets"))
         groups = self.problems.groupby(["c", "m"], sort=True)
         places, cells = list(groups.groups), []
         figures = self._figures()
@@ -273,10 +254,10 @@ class Results:
             numbered = self.problems.assign(cell=groups.ngroup())
             metrics = cell_metrics(numbered, self.c)
             add_deviations(metrics, numbered, self.c)
-            cells = [self._cell(c, m, one, accuracies, sets, figures["bars"]) for (c, m), one in zip(places, metrics)]
+            cells = [self._cell(c, m, one, figures["bars"]) for (c, m), one in zip(places, metrics)]
         differences = [{"a": a, "b": b, "condition": self.conditions[c], "metric": metric, **one}
-                       for metric, values in ((self.accuracy, accuracies), (SETS, sets))
-                       for (a, b), row in zip(self.compare, self._differences(self.grids, values)) for c, one in enumerate(row) if one]
+                       for metric, name in ((self.accuracy, "accuracy"), (SETS, "sets"))
+                       for (a, b), row in zip(self.compare, self._differences(self.grids, name)) for c, one in enumerate(row) if one]
         strata = self.run.told("strata", [])
         self.paper = self._paper()
         kept = ("experiment", "task", "dataset", "seed", "seeds", "threshold_px" if self.c.pixels else "threshold_deg", "partial",
@@ -291,7 +272,7 @@ class Results:
                            for one, grid in zip(facts["conditions"], self.grids)],
             "methods": self._methods(), "figures": figures,
             "strata": [self._strata(one, places) for one in ([strata] if isinstance(strata, dict) else strata)],
-            "effects": effects_json(self.factors, self._effects(self.grids)) if self.factors else [],
+            "effects": effects_of(self.grids, self.names, self.factors),
             "results": cells, "differences": differences, "compare": [list(pair) for pair in self.compare], "paper": self.paper,
             "paper_of_same_data": [label for label, row in self.run.told("paper", {}).items() if row.get("same_data")],
             "beside_paper": self._beside_paper(cells)}
