@@ -38,13 +38,13 @@ def random_numbers(key, first, count):
     return numbers[first % 2:first % 2 + count]
 
 
-@functools.lru_cache(maxsize=16)
+@functools.lru_cache(maxsize=8)
 def _drawn(key, sizes, first, rounds):
     """A row a drawn problem, a column a round: which problem of its scene (Rng::Below, without its redraw, which one of 10^15 numbers needs)."""
     size = np.repeat(np.array(sizes, np.uint64), sizes)
     numbers = random_numbers(key, first * len(size), rounds * len(size)).reshape(rounds, -1)
     below = (numbers >> np.uint64(32)) * size + ((numbers & LOW) * size >> np.uint64(32)) >> np.uint64(32)
-    return np.ascontiguousarray((below + np.repeat(np.cumsum((0, *sizes[:-1])), sizes).astype(np.uint64)).T.astype(np.int32))
+    return np.ascontiguousarray((below + np.repeat(np.cumsum((0, *sizes[:-1])), sizes).astype(np.uint64)).T.astype(np.intp))
 
 
 def _mean(values, ends, sizes):
@@ -66,7 +66,7 @@ def interval(values, sizes, seed):
         return dict(UNKNOWN)
     key, ends = fork(seed, "bootstrap"), np.cumsum(sizes)
     step = max(1, min(ROUNDS, MOST_DRAWN // len(values)))
-    means = np.sort(np.concatenate([_mean(values[_drawn(key, sizes, first, min(step, ROUNDS - first))], ends, sizes)
+    means = np.sort(np.concatenate([_mean(values.take(_drawn(key, sizes, first, min(step, ROUNDS - first)), mode="clip"), ends, sizes)
                                     for first in range(0, ROUNDS, step)]))
     mean = sum(np.cumsum(values[end - size:end])[-1] / size for end, size in zip(ends, sizes)) / len(sizes)
     return {"mean": float(mean), "low": float(_quantile(means, (1 - 0.95) / 2)), "high": float(_quantile(means, (1 + 0.95) / 2))}

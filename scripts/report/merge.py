@@ -22,17 +22,12 @@ class Bad(Exception):
     pass
 
 
-def flat(value, path=""):
-    pairs = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else None
-    return {path: value} if pairs is None else {key: one for name, v in pairs for key, one in flat(v, f"{path}.{name}".lstrip(".")).items()}
-
-
 def check_alike(first, other):
     both = f"{first['called']} and {other['called']}"
     if first["shard"]["count"] != other["shard"]["count"]:
         raise Bad(f"{both} are parts of different splits")
     for what, keys in (("have different configurations", ("configuration",)), ("were run differently", ("setup",)), ("saw different data", ("dataset", "conditions"))):
-        a, b = (flat({key: facts[key] for key in keys}) for facts in (first, other))
+        a, b = (runs.flat({key: facts[key] for key in keys}) for facts in (first, other))
         for key in {**a, **b}:
             if a.get(key) != b.get(key) and key != "configuration.threads":
                 raise Bad(f"{both} {what}: {key}: {a.get(key)} and {b.get(key)}")

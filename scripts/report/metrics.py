@@ -164,15 +164,16 @@ def cell_metrics(problems, c):
     """Of each cell (`cell`: 0, 1, ... without gaps): scene -> metric -> value: the scenes', `mean`, the unweighted mean over them (counts are
     summed), and with several scenes those of all problems together, `all_pairs`."""
     problems, cells = problems.reset_index(drop=True), int(problems["cell"].max()) + 1
-    codes, places = pd.factorize(pd.MultiIndex.from_arrays([problems["cell"], problems["scene"]]))
-    cell_of = np.array([place[0] for place in places])
+    scene, names = pd.factorize(problems["scene"])
+    codes, places = pd.factorize(problems["cell"].to_numpy() * len(names) + scene)
+    cell_of = places // len(names)
     parts = Groups(cell_of, cells)
     by_scene = list(metrics_by(problems, Groups(codes, len(places)), c))
     whole, found = list(metrics_by(problems, Groups(problems["cell"], cells), c)), []
     kinds = {kind: ~np.isnan(values) for kind, name, values in whole if kind and name.split("@")[0] == JUDGED[kind]}
     for cell in range(cells):
         own = np.flatnonzero(cell_of == cell)
-        rows = [(places[g][1], by_scene, g) for g in own] + [("mean", None, cell)] + ([("all_pairs", whole, cell)] if len(own) > 1 else [])
+        rows = [(names[places[g] % len(names)], by_scene, g) for g in own] + [("mean", None, cell)] + ([("all_pairs", whole, cell)] if len(own) > 1 else [])
         found.append({scene: {} for scene, _, _ in rows})
         for scene, source, at in rows:
             for kind, name, values in source or ():

@@ -42,6 +42,15 @@ def read_problems(folder, facts):
         raise error if isinstance(error, NoRun) else NoRun(f"{path}: {error}") from None
 
 
+def flat(value, path=""):
+    """key.path -> value; maps of a list are told apart by their name, or by their place."""
+    if isinstance(value, dict):
+        return {key: one for k, v in value.items() for key, one in flat(v, f"{path}.{k}" if path else str(k)).items()}
+    if isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
+        return {key: one for i, v in enumerate(value) for key, one in flat(v, f"{path}.{v.get('name', i)}").items()}
+    return {path: value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)}
+
+
 def joined_facts(parts):
     """Of runs with other seeds: the first one's, with all rows, times and digests."""
     facts, methods, networks = dict(parts[0]), {}, {}
