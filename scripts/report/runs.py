@@ -87,9 +87,7 @@ class Run:
 
     def told(self, key, default):
         """What the block `report` of the configuration says."""
-        configuration = self.facts["configuration"]
-        block = configuration.get("report")
-        value = block[key] if isinstance(block, dict) and key in block else configuration.get(key)
+        value = (self.facts["configuration"].get("report") or {}).get(key)
         return default if value is None else value
 
     def group_of(self, scene):
