@@ -45,6 +45,7 @@ class ExampleFile:
         """`in_image`: with its points where they are in the image, of problems that have one."""
         points, inliers = self._rows("image_points", number) if in_image else None, self._rows("inliers", number)
         points = self._rows("points", number) if points is None else points
+        points = np.zeros((0, 2)) if points is None else points
         return Example(self.json["examples"][number], points, None if inliers is None else inliers != 0)
 
     def source(self, number):
@@ -121,7 +122,7 @@ class Fits:
         named = figures.get("confidence_condition", "")
         conditions = [one["name"] for one in facts["conditions"]]
         shown = conditions.index(named) if named in conditions else len(conditions) // 2
-        self.trace = next(({**one, "downwards": file.has_image(one["example"])} for one in file.json["traces"] if one["condition"] == shown), None)
+        self.trace = next(({**one, "downwards": facts["two_view"] or file.has_image(one["example"])} for one in file.json["traces"] if one["condition"] == shown), None)
 
     def _conditions(self, figures):
         """The named ones, or up to four, evenly spread."""
@@ -150,20 +151,28 @@ class Fits:
         error = {name: none_if_nan(line.get(name)) for name in ("angle_deg", "rotation_deg", "translation_deg", "error_px", "recall", "misclassified")}
         count = len(self.file.at(number).points)
         fit = {"example": number, "condition": condition, "method": method, "status": line["status"], "model": list(estimates.model(i)),
-               "inliers": estimates.mask(i, count).astype(int).tolist() if line["status"] == "ok" else [], "true_model": facts["true_model"],
+               "inliers": estimates.mask(i, count).astype(int).tolist() if line["status"] == "ok" else [], "true_model": numbers(facts["true_model"]),
                "shown_error": error["misclassified"] if error["misclassified"] is not None else error["error_px" if "threshold_px" in self.run.facts else "angle_deg"],
                "error": {**error, "failed": bool(line["failed"])}, "downwards": self.file.has_image(number)}
         models, labels = estimates.structures(i), estimates.labels(i)
         if len(models) or facts.get("true_models"):
             labels = labels if len(labels) == count else estimates.mask(i, count).astype(int)
             models = list(models) or ([fit["model"]] if line["status"] == "ok" else [])
-            fit["structures"] = {"models": models, "labels": labels, "true_models": facts.get("true_models", [])}
+            fit["structures"] = {"models": models, "labels": labels, "true_models": [numbers(one) for one in facts.get("true_models", [])]}
             if len(facts.get("true_labels", ())) == count:
                 fit["structures"]["true_labels"] = aligned_truth(labels, np.array(facts["true_labels"]))
         yield fit
 
     def example(self, fit):
-        return self.file.at(fit["example"], in_image=not self._two_ends or "timesteps" in fit)
+        example = self.file.at(fit["example"], in_image=not self._two_ends or "timesteps" in fit)
+        if "timesteps" in fit and self.run.facts["two_view"]:
+            example.points = example.points[:, :2]  # Of the first image.
+        return example
+
+
+def numbers(values):
+    """Of JSON, which has no infinity and no NaN."""
+    return [float("nan" if value is None else value) for value in values]
 
 
 def none_if_nan(value):
