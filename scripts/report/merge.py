@@ -79,15 +79,6 @@ def joined_problems(shards):
 # --- estimates.h5 ---
 
 
-def records_of(group):
-    """The columns of one method on one condition as a dictionary a record."""
-    columns = {name: data[()] for name, data in group.items()}
-    lists = {name: columns[ends] for name in columns if (ends := ENDS.get(name, name + "_end")) in columns}
-    for i in range(len(columns["index"])):
-        yield {name: values[lists[name][i - 1] if i else 0:lists[name][i]] if name in lists else values[i]
-               for name, values in columns.items() if not name.endswith("_end")}
-
-
 def copy_attributes(source, target):
     for name, value in source.attrs.items():
         target.attrs.create(name, value, dtype=source.attrs.get_id(name).dtype)
@@ -99,27 +90,31 @@ def put(group, name, values, dtype):
 
 
 def join_group(sources, target):
+    """The columns of one method on one condition, of which some shards may lack some, in the order of the data."""
     copy_attributes(sources[0], target)
-    records = sorted((record for source in sources for record in records_of(source)), key=lambda record: record["index"])
-    models = {}  # A dataset of each name: some shards may lack one.
-    for source in sources:
-        for name, data in source.items():
-            models.setdefault(name, data)
-    for name, model in models.items():
-        if name.endswith("_end"):
-            column = next((one for one in (name.removesuffix("_end"), "structures") if one in models))
-            put(target, name, np.cumsum([len(record.get(column, ())) for record in records]).astype(np.int64), model.dtype)
-        elif ENDS.get(name, name + "_end") in models:
-            empty = np.zeros((0, *model.shape[1:]), model.dtype)
-            put(target, name, np.concatenate([record.get(name, empty) for record in records]), model.dtype)
+    order = np.argsort(np.concatenate([source["index"][()] for source in sources]), kind="stable")
+    columns = {name: data for source in sources for name, data in source.items()}
+    for name, model in ((name, data) for name, data in columns.items() if not name.endswith("_end")):
+        ends, values = ENDS.get(name, name + "_end"), []
+        is_list = ends in columns
+        nothing = np.zeros((0, *model.shape[1:]), model.dtype) if is_list else np.zeros(0) if model.ndim == 2 else np.zeros((), model.dtype)[()]
+        for source in sources:
+            if name not in source:
+                values += [nothing] * len(source["index"])
+            else:
+                values += np.split(source[name][()], source[ends][:-1]) if is_list else list(source[name][()])
+        values = [values[i] for i in order]
+        if is_list:
+            put(target, name, np.concatenate(values), model.dtype)
+            if ends not in target:
+                put(target, ends, np.cumsum([len(one) for one in values]).astype(np.int64), np.int64)
         elif model.ndim == 2:
-            width = max(source[name].shape[1] for source in sources if name in source)
-            rows = np.full((len(records), width), np.nan)
-            for row, record in zip(rows, records):
-                row[:len(record.get(name, ()))] = record.get(name, ())
+            rows = np.full((len(values), max(len(one) for one in values)), np.nan)
+            for row, one in zip(rows, values):
+                row[:len(one)] = one
             put(target, name, rows, model.dtype)
         else:
-            put(target, name, np.array([record.get(name, np.zeros((), model.dtype)[()]) for record in records], model.dtype), model.dtype)
+            put(target, name, np.array(values, model.dtype), model.dtype)
 
 
 def join_examples(sources, target):

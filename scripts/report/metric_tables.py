@@ -3,7 +3,6 @@ models. told_tables.py has the others."""
 import dataclasses
 import math
 
-import numpy as np
 
 from metrics import SETS, Tolerance
 from tables import UNKNOWN, Row, Table

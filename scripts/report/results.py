@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pandas as pd
 
-from bootstrap import UNKNOWN, interval
+from bootstrap import interval
 from metrics import MEDIANS, SETS, Tolerance, accuracy_of, add_deviations, cell_metrics, column
 
 QUANTITIES = {"inlier_share": "share of true inliers", "points": "number of points", "true_rotation_deg": "true rotation in degrees",

@@ -27,9 +27,6 @@ class Table:
             row.best = row.best or [False] * len(row.cells)
         return table
 
-    def to_json(self):
-        return dataclasses.asdict(self)
-
     def add(self, cells, best=None):
         self.rows.append(Row(list(cells), best or [False] * len(cells)))
 
