@@ -14,23 +14,20 @@ import pandas as pd
 
 import files
 import runs
+from files import BadInput
 
 ENDS = {"structure_values": "structures_end"}  # Of lists without ends of their own.
-
-
-class Bad(Exception):
-    pass
 
 
 def check_alike(first, other):
     both = f"{first['called']} and {other['called']}"
     if first["shard"]["count"] != other["shard"]["count"]:
-        raise Bad(f"{both} are parts of different splits")
+        raise BadInput(f"{both} are parts of different splits")
     for what, keys in (("have different configurations", ("configuration",)), ("were run differently", ("setup",)), ("saw different data", ("dataset", "conditions"))):
         a, b = (runs.flat({key: facts[key] for key in keys}) for facts in (first, other))
         for key in {**a, **b}:
             if a.get(key) != b.get(key) and key != "configuration.threads":
-                raise Bad(f"{both} {what}: {key}: {a.get(key)} and {b.get(key)}")
+                raise BadInput(f"{both} {what}: {key}: {a.get(key)} and {b.get(key)}")
     if first["git_revision"] != other["git_revision"]:
         print(f"merge: {both} were run by different programs, git {first['git_revision']} and {other['git_revision']}", file=sys.stderr)
 
@@ -41,13 +38,13 @@ def read_shards(folders):
     for folder in folders:
         facts = runs.read_facts(folder)
         if not facts.get("shard"):
-            raise Bad(f"'{folder}' is no shard: diffsac_eval --shard i/n makes them")
+            raise BadInput(f"'{folder}' is no shard: diffsac_eval --shard i/n makes them")
         number, count = facts["shard"]["index"], facts["shard"]["count"]
         facts.update(folder=folder, called=f"{folder} (shard {number}/{count})")
         if facts["partial"]:
-            raise Bad(f"{facts['called']} was interrupted; run that shard again")
+            raise BadInput(f"{facts['called']} was interrupted; run that shard again")
         if number in shards:
-            raise Bad(f"{shards[number]['folder']} and {folder} are both shard {number}/{count}")
+            raise BadInput(f"{shards[number]['folder']} and {folder} are both shard {number}/{count}")
         shards[number] = facts
     shards = [shards[number] for number in sorted(shards)]
     for other in shards[1:]:
@@ -55,7 +52,7 @@ def read_shards(folders):
     count = shards[0]["shard"]["count"]
     absent = sorted(set(range(1, count + 1)) - {facts["shard"]["index"] for facts in shards})
     if absent:
-        raise Bad(f"shard {absent[0]}/{count} is missing; given are {len(shards)} of {count}")
+        raise BadInput(f"shard {absent[0]}/{count} is missing; given are {len(shards)} of {count}")
     return shards
 
 
@@ -71,7 +68,7 @@ def joined_problems(shards):
             expected = condition["problems"] if not method["conditions"] or condition["name"] in method["conditions"] else 0
             expected = min(expected, method["max_problems"] or expected)
             if own["index"].astype(int).tolist() != list(range(expected)):
-                raise Bad(f"method '{method['name']}', condition '{condition['name']}': the shards' records are not the {expected} problems, each once")
+                raise BadInput(f"method '{method['name']}', condition '{condition['name']}': the shards' records are not the {expected} problems, each once")
             order.append(own)
     return pd.concat(order)
 
@@ -180,10 +177,7 @@ def main():
     parser.add_argument("shards", nargs="+", metavar="SHARD")
     parser.add_argument("--output", required=True, help="the whole run's folder")
     arguments = parser.parse_args()
-    try:
-        merge(arguments.shards, arguments.output)
-    except (Bad, OSError, KeyError, ValueError) as error:
-        sys.exit(f"merge: {error}")
+    merge(arguments.shards, arguments.output)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
 """What a run says: metrics, intervals, differences, effects, strata, from its problems (docs/metrics.md). results.json is its text."""
+import difflib
 import fnmatch
 import itertools
 import math
@@ -8,15 +9,25 @@ import numpy as np
 import pandas as pd
 
 from bootstrap import interval
+from files import BadInput
 from metrics import MEDIANS, SETS, Tolerance, accuracy_of, add_deviations, cell_metrics, column
 
 QUANTITIES = {"inlier_share": "share of true inliers", "points": "number of points", "true_rotation_deg": "true rotation in degrees",
               "true_baseline": "true baseline", "true_parallax_deg": "true parallax in degrees", "scene": "scene"}
+KEYS = {"title", "notes", "condition_label", "reference", "compare", "strata", "paper", "scene_groups", "series", "factors", "figures"}
+FIGURES = {"curve", "qualitative", "qualitative_method", "qualitative_methods", "qualitative_conditions", "confidence_condition", "bars", "images"}
 LEAST_OF_INTERVAL = 5  # Of fewer problems in a bin no interval is told: redrawing them says nothing of those that are not there.
 
 
 def as_list(value):
     return value if isinstance(value, list) else [value]
+
+
+def check_keys(given, known, where):
+    """The programs copy the block `report` and never read it."""
+    for key in given:
+        if key not in known:
+            raise BadInput(f"{where}: unknown key '{key}'; did you mean '{difflib.get_close_matches(key, known, 1, 0)[0]}'?")
 
 
 class Grid:
@@ -137,7 +148,15 @@ class Results:
         self.accuracy = "recall" if self.structures else self.c.named("mAA")
         self.grids = [Grid(self.problems[self.problems["c"] == c], len(self.names), self.seed) for c in range(len(self.conditions))]
         self.factors = {name: [str(level) for level in levels] for name, levels in run.told("factors", {}).items()}
-        self.absent = {}
+        self.absent, where = {}, run.path("config.yaml: report")
+        check_keys(facts["configuration"].get("report") or {}, KEYS, where)
+        check_keys(run.told("figures", {}), FIGURES, where + ".figures")
+        self.strata = [run.told("strata")] if isinstance(run.told("strata"), dict) else run.told("strata", [])
+        for one in self.strata:
+            check_keys(one, {"by", "bins", "rows"}, where + ".strata")
+            edges = [float(edge) for edge in one.get("bins", [])]
+            if one.get("by", "inlier_share") not in QUANTITIES or edges != sorted(set(edges)) or (one.get("by") != "scene" and not edges):
+                raise BadInput(f"{where}.strata: expected `by`, one of {', '.join(QUANTITIES)}, and `bins`, ascending edges")
         self.compare = self._known_pairs()
         self.reference = self._reference()
         self.json = _clean(self._json())
@@ -258,7 +277,6 @@ class Results:
         differences = [{"a": a, "b": b, "condition": self.conditions[c], "metric": metric, **one}
                        for metric, name in ((self.accuracy, "accuracy"), (SETS, "sets"))
                        for (a, b), row in zip(self.compare, self._differences(self.grids, name)) for c, one in enumerate(row) if one]
-        strata = self.run.told("strata", [])
         self.paper = self._paper()
         kept = ("experiment", "task", "dataset", "seed", "seeds", "threshold_px" if self.c.pixels else "threshold_deg", "partial",
                 "left_out", "git_revision", "machine", "learned", "facts")
@@ -271,7 +289,7 @@ class Results:
             "conditions": [{"name": one["name"], "label": one["label"], "value": one["value"], "rows_share_problems": grid.share_problems(competing)}
                            for one, grid in zip(facts["conditions"], self.grids)],
             "methods": self._methods(), "figures": figures,
-            "strata": [self._strata(one, places) for one in ([strata] if isinstance(strata, dict) else strata)],
+            "strata": [self._strata(one, places) for one in self.strata],
             "effects": effects_of(self.grids, self.names, self.factors),
             "results": cells, "differences": differences, "compare": [list(pair) for pair in self.compare], "paper": self.paper,
             "paper_of_same_data": [label for label, row in self.run.told("paper", {}).items() if row.get("same_data")],

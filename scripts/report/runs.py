@@ -9,21 +9,24 @@ import pandas as pd
 
 import examples
 import results
+from files import BadInput
 import told_tables
 
 TEXTS = ("id", "scene", "condition", "method", "status", "model", "degeneracy", "structure_angles_deg")
 
 
-class NoRun(ValueError):
-    """Names the folder and what it lacks."""
-
-
 def read_facts(folder):
     path = os.path.join(folder, "run.json")
     if not os.path.exists(path):
-        raise NoRun(f"'{folder}' holds no whole run of diffsac_eval: no run.json")
-    with open(path, encoding="utf-8") as file:
-        return json.load(file)
+        raise BadInput(f"'{folder}' holds no whole run of diffsac_eval: no run.json")
+    try:
+        with open(path, encoding="utf-8") as file:
+            facts = json.load(file)
+        if not facts["format"].startswith("diffsac run"):
+            raise ValueError(f"another format, {facts['format']}")
+        return facts
+    except (TypeError, KeyError, ValueError) as error:
+        raise BadInput(f"{path}: not as diffsac_eval wrote it: {error}") from None
 
 
 def read_problems(folder, facts):
@@ -36,10 +39,10 @@ def read_problems(folder, facts):
             problems[number] = problems[names].map(places)
             if problems[number].isna().any():
                 line = int(problems[number].isna().to_numpy().argmax()) + 2
-                raise NoRun(f"{path}:{line}: run.json has no {names} '{problems[names].iloc[line - 2]}'")
+                raise BadInput(f"{path}:{line}: run.json has no {names} '{problems[names].iloc[line - 2]}'")
         return problems
-    except (OSError, KeyError, ValueError) as error:
-        raise error if isinstance(error, NoRun) else NoRun(f"{path}: {error}") from None
+    except (KeyError, ValueError) as error:
+        raise BadInput(f"{path}: {error}") from None
 
 
 def flat(value, path=""):
@@ -56,7 +59,7 @@ def joined_facts(parts):
     facts, methods, networks = dict(parts[0]), {}, {}
     for part in parts:
         if [one["name"] for one in part["conditions"]] != [one["name"] for one in facts["conditions"]]:
-            raise NoRun(f"seeds: {facts['seed']} and {part['seed']} have different conditions")
+            raise BadInput(f"seeds: {facts['seed']} and {part['seed']} have different conditions")
         for one in part["methods"]:
             methods.setdefault(one["name"], one)
         networks.update(part["facts"]["networks_sha256"])
@@ -85,7 +88,7 @@ class Run:
     def path(self, name):
         return os.path.join(self.folder, name)
 
-    def told(self, key, default):
+    def told(self, key, default=None):
         """What the block `report` of the configuration says."""
         value = (self.facts["configuration"].get("report") or {}).get(key)
         return default if value is None else value

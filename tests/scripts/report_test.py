@@ -404,9 +404,9 @@ class VerdictsTest(unittest.TestCase):
 
     def test_runs_and_rows_that_cannot_be_told_are_named(self):
         with tempfile.TemporaryDirectory() as folder:
-            with self.assertRaisesRegex(ValueError, "has no row b, but: a"):
+            with self.assertRaisesRegex(files.BadInput, "has no row b, but: a"):
                 list(verdicts.cells_of(self.run_folder(folder), ["b"]))
-            with self.assertRaisesRegex(ValueError, "problems.csv has no degeneracy: not of two views, or of an earlier version"):
+            with self.assertRaisesRegex(files.BadInput, "problems.csv has no degeneracy: not of two views, or of an earlier version"):
                 list(verdicts.cells_of(self.run_folder(folder, "verdict,has_ambiguous_pose"), []))
 
     def test_wilson_intervals(self):
