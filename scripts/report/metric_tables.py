@@ -77,19 +77,16 @@ class MetricTables:
             if not any(key[1] == m for key in self.run.cells):
                 continue
             values = [self.run.metric(column.condition, m, column.metric, column.scene) for column in columns]
-            values = [value * column.scale if known(value) else math.nan for value, column in zip(values, columns)]
+            values = [value * column.scale if known(value) else None for value, column in zip(values, columns)]
             ranges = [self._range(column, m) for column in columns]
             cells = [fixed(value, column.digits) + (f" {one}" if inside and one else "") for value, column, one in zip(values, columns, ranges)]
             cells = [method["label"]] + cells + (self._costs(method) if costs else [])
             intervals = [""] + (["" for _ in ranges] if inside else ranges)
             table.rows.append(Row(cells, [False] * len(cells), intervals + [""] * (len(cells) - len(intervals))))
-            competing.append(values if method["competes"] else [math.nan] * len(values))
+            competing.append(values if method["competes"] else [None] * len(values))
         for i, column in enumerate(columns):
-            values = [row[i] for row in competing if not math.isnan(row[i])]
-            if best and values and self.conditions[column.condition]["rows_share_problems"]:
-                text = fixed((max if column.higher else min)(values), column.digits)
-                for row, own in zip(table.rows, competing):
-                    row.best[i + 1] = not math.isnan(own[i]) and fixed(own[i], column.digits) == text
+            if best and self.conditions[column.condition]["rows_share_problems"]:
+                table.mark_best(i + 1, [row[i] for row in competing], column.higher)
         table.rows += self._paper_rows(columns, len(table.columns))
         return table
 

@@ -27,6 +27,14 @@ class Table:
             row.best = row.best or [False] * len(row.cells)
         return table
 
+    def mark_best(self, column, values, higher=True):
+        """The best value of a column in bold, and those that print the same. `values`: by row, None or NaN of those that do not compete."""
+        told = [(value, row) for value, row in zip(values, self.rows) if value is not None and value == value]
+        texts = [row.cells[column].split(" [")[0] for _, row in told]
+        best = texts[(max if higher else min)(range(len(told)), key=lambda i: told[i][0])] if told else None
+        for text, (_, row) in zip(texts, told):
+            row.best[column] = text == best
+
     def add(self, cells, best=None):
         self.rows.append(Row(list(cells), best or [False] * len(cells)))
 

@@ -79,12 +79,9 @@ def strata_accuracies(results, strata, condition, heading, columns):
         values = [one["accuracies"][at] for one in strata["bins"]]
         texts, ranges = [fixed(value["mean"], 3) for value in values], [range_text(value, 3) for value in values]
         table.rows.append(Row([methods[name]["label"]] + texts, [False] * (len(texts) + 1), [""] + ranges))
-        competing.append(methods[name]["competes"])
-    for column in range(1, len(columns) + 1) if results["conditions"][condition]["rows_share_problems"] else ():
-        told = [row for row, competes in zip(table.rows, competing) if competes and row.cells[column] != UNKNOWN]
-        best = max((row.cells[column] for row in told), key=float, default=None)
-        for row in told:
-            row.best[column] = row.cells[column] == best
+        competing.append([value["mean"] if methods[name]["competes"] else None for value in values])
+    for i in range(len(columns)) if results["conditions"][condition]["rows_share_problems"] else ():
+        table.mark_best(i + 1, [row[i] for row in competing])
     return table
 
 
