@@ -24,7 +24,7 @@ def number(value, form):
 
 
 def side(run, one_each):
-    """Its problems by what pairs them: condition, row, scene, id and which estimate of the problem (joined runs have as many as seeds)."""
+    """Returns problems with the columns that pair them: condition, row, scene, id, and number of the estimate (joined seeds have several)."""
     problems = run.made.problems
     error = "misclassified" if run.results["structures"] else "error_px" if run.results["unit"] == "px" else "angle_deg"
     problems = problems.assign(row="" if one_each else problems["method"], error=problems[error].astype(float))
@@ -32,12 +32,12 @@ def side(run, one_each):
 
 
 def means_over_scenes(values, pairs):
-    """A problem of several seeds counts once."""
+    """Averages the seeds of each problem."""
     return values.groupby([pairs["scene"], pairs["id"]], sort=False).mean().dropna()
 
 
 def compared_row(pairs, labels, truth):
-    """mAA, mean over scenes, or without truth the median of inliers; B − A; medians of milliseconds."""
+    """Returns mAA as mean over scenes (median of inliers without truth), B − A, and medians of milliseconds."""
     ms = [number(pairs[name].median(), "{:.3g}") for name in ("ms_total_a", "ms_total_b")]
     difference = means_over_scenes(pairs["accuracy_b"] - pairs["accuracy_a"], pairs)
     if not truth or difference.empty:
@@ -51,7 +51,7 @@ def compared_row(pairs, labels, truth):
 
 
 def changed_table(pairs, labels, unit):
-    """The problems that are answered differently, those that changed most first."""
+    """Lists problems with different estimates, largest change first."""
     change = [(pairs[name + "_b"] - pairs[name + "_a"]).abs().fillna(0) for name in ("accuracy", "error", "inliers")]
     pairs = pairs.assign(**{f"change_{i}": one for i, one in enumerate(change)})
     pairs = pairs[(pairs["status_a"] != pairs["status_b"]) | (sum(change) > 0)].sort_values(["change_0", "change_1", "change_2"], ascending=False, kind="stable")
@@ -70,7 +70,7 @@ def changed_keys(a, b):
 
 
 def compare(a, b, name_a, name_b):
-    """The tables of rows and of changed problems, remarks, changed keys."""
+    """Returns the tables of rows and of changed problems, remarks, and changed keys."""
     both = f"'{name_a}' and '{name_b}'"
     for what, of in (("of different tasks", lambda run: run.results["task"]), ("judged by different metrics", lambda run: run.results["accuracy"]["metric"])):
         if of(a) != of(b):

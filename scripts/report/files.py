@@ -41,7 +41,7 @@ def remove(path):
 
 
 def run_script(main, *arguments):
-    """Ctrl-C ends it at once. Bad input is one line and status 2, what cannot be written one line and status 4, as the programs' are."""
+    """Runs a script's main. Bad input is one line and status 2, a file that cannot be written one line and status 4. Ctrl-C ends it at once."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         sys.exit(main(*arguments))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""merge.py SHARD... --output FOLDER: joins the folders of all shards of a run (diffsac_eval --shard i/n), in any order: the numbers are those of a
-run without shards, times excepted. `python3 scripts/report FOLDER` then makes its tables."""
+"""merge.py SHARD... --output FOLDER: joins the folders of all shards of a run (diffsac_eval --shard i/n), in any order. All numbers but times equal
+those of a run without shards. `python3 scripts/report FOLDER` then makes the tables."""
 import argparse
 import io
 import json
@@ -33,7 +33,7 @@ def check_alike(first, other):
 
 
 def read_shards(folders):
-    """run.json of each shard by its number, each exactly once."""
+    """Reads run.json of all shards. Each shard must be given exactly once."""
     shards = {}
     for folder in folders:
         facts = runs.read_facts(folder)
@@ -57,7 +57,7 @@ def read_shards(folders):
 
 
 def joined_problems(shards):
-    """The lines of problems.csv as they are, by condition, method and place in the data."""
+    """Joins the lines of problems.csv, unchanged, by condition, method and place in the data."""
     tables = [pd.read_csv(os.path.join(facts["folder"], "problems.csv"), dtype=str, keep_default_na=False) for facts in shards]
     table = pd.concat(tables, ignore_index=True).fillna("")
     facts, order = shards[0], []
@@ -87,7 +87,7 @@ def put(group, name, values, dtype):
 
 
 def join_group(sources, target):
-    """The columns of one method on one condition, of which some shards may lack some, in the order of the data."""
+    """Joins the columns of one method on one condition in the order of the data. Shards may lack optional columns."""
     copy_attributes(sources[0], target)
     order = np.argsort(np.concatenate([source["index"][()] for source in sources]), kind="stable")
     columns = {name: data for source in sources for name, data in source.items()}
@@ -115,7 +115,7 @@ def join_group(sources, target):
 
 
 def join_examples(sources, target):
-    """Their points with new numbers, in the order of conditions and data."""
+    """Joins examples in the order of conditions and data, with new numbers."""
     contents = [json.loads(source["json"][()].tobytes()) for source in sources]
     places = sorted((one["condition"], one["index"], s, i) for s, content in enumerate(contents) for i, one in enumerate(content["examples"]))
     number = {place[2:]: n for n, place in enumerate(places)}
@@ -130,7 +130,7 @@ def join_examples(sources, target):
 
 
 def join_estimates(folders, path):
-    """Nothing where the run keeps none."""
+    """Joins estimates.h5, if the run has one."""
     sources = [h5py.File(os.path.join(folder, "estimates.h5"), "r") for folder in folders if os.path.exists(os.path.join(folder, "estimates.h5"))]
     if not sources:
         return files.remove(path)

@@ -1,4 +1,4 @@
-"""Tables as results.json has them, in the forms that they are given."""
+"""Tables, and their Markdown, LaTeX and CSV forms."""
 import csv
 import dataclasses
 import io
@@ -28,7 +28,7 @@ class Table:
         return table
 
     def mark_best(self, column, values, higher=True):
-        """The best value of a column in bold, and those that print the same. `values`: by row, None or NaN of those that do not compete."""
+        """Sets the best value of a column, and those that print the same, in bold. `values` by row; None for rows that do not compete."""
         told = [(value, row) for value, row in zip(values, self.rows) if value is not None and value == value]
         texts = [row.cells[column].split(" [")[0] for _, row in told]
         best = texts[(max if higher else min)(range(len(told)), key=lambda i: told[i][0])] if told else None

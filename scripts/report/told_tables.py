@@ -1,5 +1,5 @@
-"""All tables and notes of a run: those of its metrics (metric_tables.py), then comparisons, effects of factors, strata, ours beside the paper's,
-learned rows."""
+"""All tables and notes of a run: metrics (metric_tables.py), comparisons, effects of factors, strata, values beside the paper's, learned
+methods."""
 import metric_tables
 from tables import UNKNOWN, Row, Table
 from values import certain, fixed, interval_text, known, range_text
@@ -167,7 +167,7 @@ def strata_note(results):
 
 
 def chance_note(run):
-    """Where there is no truth to tell."""
+    """Counts estimates that may be chance, for problems without truth."""
     problems, labels = run.problems, [one["label"] for one in run.results["methods"]]
     unknown = problems["error_px" if run.results["unit"] == "px" else "angle_deg"].isna()
     told = [f"{labels[m]} {chance.sum()} of {len(chance)}"
@@ -176,7 +176,7 @@ def chance_note(run):
 
 
 def metric_notes(run):
-    """What the columns of metrics mean."""
+    """Notes on the columns of metrics."""
     results = run.results
     note = ("hypotheses: models solved or scored, those of features and local optimisation included; ms: milliseconds a problem; both medians over "
             "all problems.")
