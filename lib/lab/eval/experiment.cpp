@@ -81,7 +81,7 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("seed", seed).Help("of data and methods");
   b.Field("seeds", seeds, AtLeast(0)).Help("a whole run with each, whose mean the table shows; `seed` is the first");
   b.Field("problems", problems, Within(1, 1e7)).Help("for each condition; fewer when the data has fewer");
-  b.Field("examples", examples, Within(0, 1000)).Help("of each condition, problems whose points are kept for pictures");
+  b.Field("examples", examples, AtLeast(0)).Help("of each condition, problems whose points are kept for pictures");
   b.Field("threads", threads, Within(0, 1024)).Help("0: all cores");
   b.GroupWith("metric", [this](OptionsBinder& metric) {
      metric.Field("threshold_deg", threshold_deg, Positive()).Help("c of mAA@c, AUC@c and acc@c");
@@ -96,8 +96,6 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("missing", missing).Help("data and networks that are not there: an error, or left out and named");
   b.Field("data_root", data_root).Help("where data is that is not prepared here, `${data_root}` in paths");
   b.Field("estimates", estimates).Help("whether estimates.h5 is written (docs/estimates.md)");
-  b.Field("labels", labels, AtLeast(0))
-      .Help("data of type point_sets: of at most so many inputs a file with their points' labels is written (labels/)");
   b.Field("data", data).Help("docs/generators.md");
   b.Field("conditions", conditions).Help("columns of the table");
   b.Field("methods", methods).Help("rows of the table");

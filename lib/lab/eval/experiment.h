@@ -49,7 +49,7 @@ struct ExperimentOptions {
   std::uint64_t seed = 0;
   std::optional<std::vector<int>> seeds;  ///< A whole run with each; none: with `seed` alone.
   int problems = 2000;                    ///< For each condition; fewer when the dataset is smaller.
-  int examples = 1;                       ///< Of each condition, problems whose points are kept for pictures; 0: none.
+  int examples = 50;                      ///< Of each condition, problems whose points are kept for pictures; 0: none.
   int threads = 0;                        ///< 0: all cores.
   double threshold_deg = 0.5;             ///< c of mAA@c, AUC@c and acc@c (`metric.threshold_deg`).
   double threshold_px = 20.0;             ///< The same in pixels (`metric.threshold_px`).
@@ -61,7 +61,6 @@ struct ExperimentOptions {
   double share_within_px = 0.0;
   Missing missing = Missing::kError;
   bool estimates = true;           ///< Whether estimates.h5 is written (docs/estimates.md).
-  int labels = 100;                ///< Own points: of so many inputs a file with labels is written; 0: none.
   std::string data_root = "data";  ///< Where data is that is not prepared here, as `${data_root}` in paths.
   void Bind(OptionsBinder& b);
   /// The c of the task's metrics.

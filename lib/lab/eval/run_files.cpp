@@ -8,11 +8,11 @@
 #include <sstream>
 
 #include "diffsac/core/status.h"
-#include "lab/config/config_to_json.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/format.h"
 #include "lab/files/files.h"
+#include "lab/options/config_json.h"
 
 namespace diffsac {
 namespace {

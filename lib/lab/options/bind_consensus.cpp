@@ -86,7 +86,6 @@ void BindOptions(OptionsBinder& b, ConsensusOptions& o) {
       .Help("scoring threshold as a multiple of the inlier threshold ε");
 
   const bool reweighted = o.local_optimization == LocalOptimization::kReweighted || o.refit == Refit::kReweighted;
-  const bool graph_cut = o.local_optimization == LocalOptimization::kGraphCut;
   b.Field("residual_dof", o.residual_dof, Within(0, 6))
       .OnlyIf(o.Uses(ScoreKind::kMagsac) || reweighted, "magsac_pp as a score or irls")
       .Help("degrees of freedom of a residual for MAGSAC++; 0: the model's own");
@@ -94,27 +93,9 @@ void BindOptions(OptionsBinder& b, ConsensusOptions& o) {
   b.Field("sigma_factor", o.sigma_factor, Positive())
       .OnlyIf(o.Uses(ScoreKind::kMlesac) || o.refit == Refit::kMixture, "mlesac as a score or refit: em")
       .Help("σ of inlier noise as a multiple of ε");
-  b.Field("inlier_prior", o.inlier_prior, Within(0.001, 0.999))
-      .OnlyIf(o.Uses(ScoreKind::kMlesac), "mlesac as a score")
-      .Help("share of inliers that the score assumes during the search");
-  b.Field("local_samples", o.local_samples, AtLeast(0))
-      .OnlyIf(graph_cut || o.local_optimization == LocalOptimization::kInnerSamples,
-              "local_optimization: lo_ransac or gc_ransac")
-      .Help("inner samples each time");
-  b.Field("irls_rounds", o.irls_rounds, AtLeast(1))
-      .OnlyIf(reweighted, "irls")
-      .Help("reweighted fits each time, at most");
-  b.Field("graph_neighbors", o.graph_neighbors, Within(1, 1000))
-      .OnlyIf(graph_cut, "local_optimization: gc_ransac")
-      .Help("nearest points that should agree");
-  b.Field("spatial_weight", o.spatial_weight, Within(0.0, 1e3))
-      .OnlyIf(graph_cut, "local_optimization: gc_ransac")
-      .Help("λ, the weight of their agreement");
 
   BindStopping(b, o);
   BindRefits(b, o);
-  b.Field("block_size", o.block_size, Within(0, 1e6))
-      .Help("sets drawn and scored at a time, 0: from 64 growing to 4096; results do not depend on it");
 }
 
 void BindOptions(OptionsBinder& b, MinimalSamplerOptions& o) {

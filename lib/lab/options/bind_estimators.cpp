@@ -18,6 +18,18 @@ std::string TasksWithSeveral() {
   return text;
 }
 
+/// What every search has, with a network or without.
+template <class Options>
+void BindSearch(OptionsBinder& b, Options& o) {
+  b.Field("consensus", o.consensus).Help("score, local optimisation, stopping and refits");
+  b.Field("instances", o.instances).Help("whether several models are looked for, and how");
+  b.Field("search_again", o.search_again).Help("whether a first search that leaves doubts is followed by a second one");
+  b.Field("photographs", o.photographs)
+      .Help(
+          "fundamental matrices, images of known size: whether they are of cameras with square pixels, principal "
+          "points near the middle and usual focal lengths");
+}
+
 }  // namespace
 
 void BindModel(OptionsBinder& b, Task task, std::string* model) {
@@ -33,13 +45,7 @@ void BindOptions(OptionsBinder& b, ClassicalOptions& o) {
       .Help("minimal sets: exactly so many, at most with stopping: confidence");
   b.Field("sampling", o.sampling).Help("what draws minimal sets");
   o.consensus.max_iterations = o.max_iterations;
-  b.Field("consensus", o.consensus).Help("score, local optimisation, stopping and refits");
-  b.Field("instances", o.instances).Help("whether several models are looked for, and how");
-  b.Field("search_again", o.search_again).Help("whether a first search that leaves doubts is followed by a second one");
-  b.Field("photographs", o.photographs)
-      .Help(
-          "fundamental matrices, images of known size: whether they are of cameras with square pixels, principal "
-          "points near the middle and usual focal lengths");
+  BindSearch(b, o);
   b.Require(o.consensus.max_iterations <= o.max_iterations, "consensus.max_iterations", "at most `max_iterations`");
   // One budget: so a setting that says how many draws means the same to this row and to one with a network.
   o.max_iterations = o.consensus.max_iterations;
@@ -53,13 +59,7 @@ void BindShared(OptionsBinder& b, LearnedOptions& o) {
   b.Field("residual_draws", o.residual_draws, Within(0, 1e5))
       .Help("minimal sets that the residual features are drawn from, all counted in the budget; 0: as in training");
   b.Field("batch", o.batch, Within(1, 4096)).Help("problems a network call");
-  b.Field("consensus", o.consensus).Help("score, local optimisation, stopping and refits");
-  b.Field("instances", o.instances).Help("whether several models are looked for, and how");
-  b.Field("search_again", o.search_again).Help("whether a first search that leaves doubts is followed by a second one");
-  b.Field("photographs", o.photographs)
-      .Help(
-          "fundamental matrices, images of known size: whether they are of cameras with square pixels, principal "
-          "points near the middle and usual focal lengths");
+  BindSearch(b, o);
   b.Field("inlier_prior_of", o.inlier_prior_of)
       .OnlyIf(o.consensus.inlier_prior_power > 0.0, "consensus.inlier_prior_power above 0")
       .Help(
@@ -100,12 +100,9 @@ void BindOptions(OptionsBinder& b, DiffsacOptions& o) {
   b.Field("extra_sampler", o.extra_sampler, {MinimalSamplerKind::kUniform, MinimalSamplerKind::kProsac})
       .OnlyIf(o.num_uniform_samples > 0, "num_uniform_samples above 0")
       .Help("prosac samples uniformly on data without matching ratios");
-  b.Field("unique_sets", o.unique_sets)
-      .OnlyIf(diffusion || !o.unique_sets, by_diffusion)
-      .Help("no minimal set of the copies is solved twice");
   const bool may_lack = diffusion && o.unique_sets && o.selection == SetSelection::kMaximum;
   b.Field("intermediate_sets", o.intermediate_sets)
-      .OnlyIf(may_lack || !o.intermediate_sets, "num_diffusion_samples above 0, selection: maximum and unique_sets")
+      .OnlyIf(may_lack || !o.intermediate_sets, "num_diffusion_samples above 0 and selection: maximum")
       .Help("where the copies have no new set, or go on, predictions of earlier reverse steps follow, latest first");
   b.Field("learned_refit", o.weighted_fit)
       .Help("add one weighted least-squares hypothesis with the network's inlier probabilities as weights");
