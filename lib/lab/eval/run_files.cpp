@@ -238,14 +238,15 @@ bool IsMade(const ExperimentOptions& experiment, const RunSetup& setup, const Sh
   const std::string config = folder + "/config.yaml", run = folder + "/" + kRunFile;
   for (const std::string& path : {config, run, folder + "/problems.csv"})
     if (!std::filesystem::exists(path)) return false;
-  const Json json = Json::parse(ReadFile(run), nullptr, false);
-  if (!json.is_object() || json.value("partial", true) || json.value("setup", Json()) != SetupJson(setup) ||
-      json.value("shard", Json(0)) != ShardJson(shard))
-    return false;
   try {
+    const Json json = Json::parse(ReadFile(run));
+    if (json.at("partial") != false || json.at("setup") != SetupJson(setup) || json.at("shard") != ShardJson(shard))
+      return false;
     if (WriteMeasured(ReadExperiment(ConfigFromFile(config))) != WriteMeasured(experiment)) return false;
   } catch (const Error&) {
     return false;
+  } catch (const Json::exception&) {
+    return false;  // Of an earlier version, or damaged.
   }
   std::vector<std::filesystem::path> sources = {std::filesystem::read_symlink("/proc/self/exe")};
   for (const EstimatorRow& row : experiment.methods)
@@ -257,17 +258,22 @@ bool IsMade(const ExperimentOptions& experiment, const RunSetup& setup, const Sh
 }
 
 void UpdateCaptions(const ExperimentOptions& experiment, const std::string& folder) {
-  const std::string path = folder + "/config.yaml", config = ReadFile(path), own = WriteExperiment(experiment);
+  const std::string path = folder + "/config.yaml", run = folder + "/" + kRunFile;
+  const std::string config = ReadFile(path), own = WriteExperiment(experiment);
   const std::size_t body = config.find("\n\n") + 2;
   if (config.compare(body, std::string::npos, own) == 0) return;
-  Json json = Json::parse(ReadFile(folder + "/" + kRunFile));
-  json["configuration"] = ConfigurationJson(own);
-  for (std::size_t m = 0; m < experiment.methods.size(); ++m)
-    json.at("methods").at(m)["label"] = experiment.methods[m].label;
-  for (std::size_t c = 0; c < experiment.conditions.size(); ++c)
-    json.at("conditions").at(c)["label"] = experiment.conditions[c].label;
-  WriteFileAtomically(path, config.substr(0, body) + own);
-  WriteFileAtomically(folder + "/" + kRunFile, TextOf(json));
+  try {
+    Json json = Json::parse(ReadFile(run));
+    json["configuration"] = ConfigurationJson(own);
+    for (std::size_t m = 0; m < experiment.methods.size(); ++m)
+      json.at("methods").at(m).at("label") = experiment.methods[m].label;
+    for (std::size_t c = 0; c < experiment.conditions.size(); ++c)
+      json.at("conditions").at(c).at("label") = experiment.conditions[c].label;
+    WriteFileAtomically(path, config.substr(0, body) + own);
+    WriteFileAtomically(run, TextOf(json));
+  } catch (const Json::exception&) {
+    throw Error(run + ": not the run.json of this run, or damaged");
+  }
 }
 
 Shard ShardFromText(const std::string& text) {

@@ -159,6 +159,9 @@ void PrintModels(const ExperimentResults& results, std::ostream& out) {
   }
   const std::size_t all = lines.size() - 1;
   if (all == 0) return;
+  const bool one = experiment.conditions.size() == 1;
+  for (std::vector<std::string>& line : lines)
+    if (one) line.erase(line.begin() + 1);
   const std::string unit = UnitOf(experiment);
   out << "\n"
       << (experiment.task == Task::kLine ? "lines" : "planes") << " found: n · x + d = 0, |n| = 1; d and noise in "
@@ -167,7 +170,7 @@ void PrintModels(const ExperimentResults& results, std::ostream& out) {
     out << "; the first " << kMostModels << " of " << all << ", problems.csv and estimates.h5 have all";
   lines.resize(std::min(lines.size(), kMostModels + 1));
   out << "\n";
-  PrintLines(lines, 3, out);
+  PrintLines(lines, one ? 2 : 3, out);
 }
 
 }  // namespace
