@@ -373,6 +373,14 @@ std::uint64_t ProblemSeed(std::uint64_t experiment_seed, const Example& problem)
   return Rng(experiment_seed).Fork("estimate").Fork(problem.scene + "/" + problem.id).Seed();
 }
 
+std::vector<std::size_t> ShardPositions(std::size_t count, std::size_t batch, const Shard& shard) {
+  const auto shards = static_cast<std::size_t>(shard.count), mine = static_cast<std::size_t>(shard.index - 1);
+  std::vector<std::size_t> positions;
+  for (std::size_t i = 0; i < count; ++i)
+    if (i / batch % shards == mine) positions.push_back(i);
+  return positions;
+}
+
 ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunInputs& inputs) {
   const auto start = std::chrono::steady_clock::now();
   ExperimentResults results;
