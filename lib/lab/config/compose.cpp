@@ -190,8 +190,9 @@ Config ComposeExperiment(const Config& config) {
   }
   if (ConfigTree* methods = root.Find("methods"); methods != nullptr && methods->kind != TreeKind::kScalar) {
     const ConfigTree list = NamedMethods(*methods);
+    const Methods onto(presets);
     *methods = ListAt(list);
-    for (const ConfigTree& method : list.items) Methods(presets).Add(method, methods);
+    for (const ConfigTree& method : list.items) onto.Add(method, methods);
   }
   return composed;
 }

@@ -64,17 +64,13 @@ and in `share/diffsac/models` beside the program, and last in the library. Where
 # Keys
 
 From here on `diffsac_train --describe-options` wrote what the code reads; `cmake --build --preset release --target diffsac_reference` writes
-the page. A key stands with its default, then what it may be where the default does not tell, and what it means. A key that stood before is
-only named, with its default where that is another. Defaults are those of the first task that a type has; `config.yaml` shows a task's own.
+the page. A key stands with its default, then what it may be where the default does not tell, and what it means; "with": it acts only then. A key that
+stood before is only named, with its default where that is another. Defaults are those of a type's first task; `config.yaml` shows a task's own.
 )";
 
 constexpr char kMainMethod[] = "diffsac";
 
 std::string Code(const std::string& text) { return "`" + text + "`"; }
-
-std::string KeyText(const std::string& key, const std::string& value) {
-  return Code(value.empty() ? key : key + ": " + value);
-}
 
 /// What a key may be, where its default does not show it.
 std::string LimitsText(const std::string& type) {
@@ -144,9 +140,10 @@ class Reference {
         names += (names.empty() ? "" : ", ") + (shown ? changed.substr(2) : Code(full) + changed);
         continue;
       }
-      text_ += "- " + KeyText(full, key.default_value) + LimitsText(key.type);
+      text_ += std::string(2 * static_cast<std::size_t>(std::count(path.begin(), path.end(), '.')), ' ') + "- " +
+               Code(key.key + (key.default_value.empty() ? "" : ": " + key.default_value)) + LimitsText(key.type);
       if (!key.help.empty()) text_ += ": " + key.help;
-      if (!key.when.empty()) text_ += ". Only with " + key.when;
+      if (!key.when.empty()) text_ += "; with " + key.when;
       text_ += "\n";
       if (key.children.empty()) known_[IdOf(group, key)] = {place_, key.default_value};
       Write(full + ".", key.key, key.children, before);
