@@ -2,19 +2,14 @@
 . "$(dirname "$0")/common.sh"
 cat >"$own/scoreboard_line.yaml" <<'YAML'
 name: scoreboard_line
-title: lines by score and draws
 problems: 40
 data: {type: synthetic_line, split: test, num_points: 60, outlier_ratio: [0.2, 0.9]}
-settings:
-  msac: {type: ransac, consensus: {score: msac}}
-  count: {type: ransac, consensus: {score: inlier_count, score_threshold_factor: 1}}
 methods:
-  msac_20: {use: msac, max_iterations: 20}
-  msac_200: {use: msac, max_iterations: 200}
-  count_20: {use: count, max_iterations: 20}
-  count_200: {use: count, max_iterations: 200}
+  msac: {type: ransac, consensus: {score: msac}, sweep: {max_iterations: [20, 200]}}
+  count: {type: ransac, consensus: {score: inlier_count, score_threshold_factor: 1}, sweep: {max_iterations: [20, 200]}}
   oracle: {type: oracle}
 report:
+  title: lines by score and draws
   compare: {msac_200: count_20}
   strata: [{by: inlier_share, bins: [0.3, 0.5]}, {by: points, bins: [100], rows: [msac_200]}]
   factors: {score: [msac, count], draws: ["20", "200"]}

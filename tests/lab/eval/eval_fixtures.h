@@ -51,10 +51,8 @@ class TwoPointEstimator : public RobustEstimator {
 
 inline const char* kSmallExperiment = R"(
 name: small
-title: Small lines
 seed: 3
 problems: 40
-condition_label: outlier ratio
 data: {type: synthetic_line, num_points: 30, split: test}
 conditions:
   - {name: "0.2", value: 0.2, data: {outlier_ratio: 0.2}}
@@ -63,8 +61,6 @@ methods:
   - {name: first, type: two_point, label: First}
   - {name: second, type: two_point, label: Second, max_problems: 10}
   - {name: oracle, type: oracle, label: Oracle}
-paper:
-  RANSAC: {"0.2": [0.83, 0.06], "0.5": 0.78}
 )";
 
 /// The results.csv of results.
