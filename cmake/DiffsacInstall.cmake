@@ -113,7 +113,6 @@ file(CREATE_LINK ${PROJECT_SOURCE_DIR}/data_tools/convert.py ${PROJECT_BINARY_DI
 foreach(_entry "pair:programs:the model of two images, or of every pair of photographs"
     "vanish:programs:vanishing points, focal length and horizon of photographs"
     "prepare:programs:correspondence files from images, COLMAP, hloc and public data sets"
-    "register:lab:the rigid motion between two point clouds, or between every two scans of a folder"
     "train:lab:train networks of DiffSAC and other learned methods" "eval:lab:run the methods of a table and write its report")
   string(REGEX MATCH "(.*):(.*):(.*)" _ ${_entry})
   if(TARGET diffsac_${CMAKE_MATCH_1}_program)

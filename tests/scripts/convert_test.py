@@ -482,23 +482,6 @@ def test_matrix():
     assert "K.npy: expected one array of 3 x 3 numbers" in convert("matrix", here / "K.npy", here / "K.txt", expect=2)
 
 
-def test_matches3d():
-    here, rows = folder("matches3d"), np.random.default_rng(0).normal(size=(20, 7))
-    np.save(here / "m.npy", rows)
-    with h5py.File(here / "m.h5", "w") as file:
-        file["pair/points"], file["pair/ratios"] = rows[:, :6], rows[:, 6]
-    for name in ("m.npy", "m.h5"):
-        convert("matches3d", here / name, here / "m.csv")
-        assert (np.loadtxt(here / "m.csv", delimiter=",", skiprows=1) == rows).all()
-        assert (here / "m.csv").read_text().startswith("x1,y1,z1,x2,y2,z2,ratio\n")
-    np.save(here / "words.npy", np.array([["a"] * 6]))
-    assert "words.npy: expected N x 6 or 7 numbers" in convert("matches3d", here / "words.npy", here / "m.csv", expect=2)
-    with h5py.File(here / "m.h5", "a") as file:
-        del file["pair/ratios"]
-        file["pair/ratios"] = rows[1:, 6]
-    assert "ratios: expected one for each of 20 points" in convert("matches3d", here / "m.h5", here / "m.csv", expect=2)
-
-
 for name, test in list(globals().items()):
     if name.startswith("test_"):
         test()
