@@ -37,6 +37,9 @@ struct DiffsacTraining : LearnerOptions {
   TrainingPrecision precision = TrainingPrecision::kAuto;
 
   explicit DiffsacTraining(Task) {}
+  std::shared_ptr<DiffsacNetwork> Make(Task task, const Rng& rng) const {
+    return std::make_shared<DiffsacNetwork>(task, network, rng);
+  }
   const PointFeaturesOptions& features() const override { return network.features; }
   ItemLabels labels() const override { return {label_options, noise_copies}; }
   void Bind(OptionsBinder& b) override;
@@ -93,12 +96,9 @@ class Autocast {
   c10::DeviceType type_;
 };
 
-class DiffsacLearner : public NetworkLearner<DiffsacNetwork, DiffsacEstimator, DiffsacTraining> {
+class DiffsacLearner : public NetworkLearner<DiffsacEstimator, DiffsacTraining> {
  public:
-  DiffsacLearner(const TrainConfig& options, const DiffsacTraining& own, const torch::Device& device, int threads)
-      : NetworkLearner(options, own, device, threads, [&](Task task, const Rng& rng) {
-          return std::make_shared<DiffsacNetwork>(task, own.network, rng);
-        }) {}
+  using NetworkLearner::NetworkLearner;
   std::vector<std::string> loss_names() const override { return {"loss_diffusion", "loss_inlier"}; }
   std::vector<double> LossWeights(const std::vector<TrainingItem>& items) const override {
     return DiffusionLossWeights(items, own_.noise_copies, own_.positive_weight);

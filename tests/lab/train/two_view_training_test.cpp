@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
