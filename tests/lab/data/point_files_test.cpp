@@ -63,7 +63,7 @@ PointSetsOptions Options(const std::string& path, Task task = Task::kLine) {
 
 }  // namespace
 
-TEST_CASE("one row of 2000 that is not finite is left out") {
+TEST_CASE("points that are not finite are left out") {
   TemporaryFolder folder;
   std::string text;
   for (int i = 0; i < 2000; ++i) text += i == 7 ? "7 nan\n" : std::to_string(i) + " " + std::to_string(i % 3) + "\n";

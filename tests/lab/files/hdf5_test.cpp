@@ -66,7 +66,7 @@ TEST_CASE("a corrupt HDF5 file is one named error") {
   }
 }
 
-TEST_CASE("values that a file cannot hold are not asked for") {
+TEST_CASE("values that no file holds are refused") {
   TemporaryFolder folder;
   const std::string path = folder / "claims.h5";
   const auto error = [&](hsize_t rows, hsize_t chunk_rows, const std::string& external) {

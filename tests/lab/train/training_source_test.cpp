@@ -54,7 +54,7 @@ TEST_CASE("data without truth cannot teach and says so") {
   CHECK_THROWS_WITH(source.Make(0), Catch::Contains("data/scene: no truth to learn from: R.h5 and T.h5"));
 }
 
-TEST_CASE("labels have γ points and these are true inliers") {
+TEST_CASE("labels are γ true inliers") {
   LabelOptions labels;
   labels.top_m = 5;
   const TrainingSource source({{MakeSynthetic(Task::kPlane, {}, 1), 1.0}},

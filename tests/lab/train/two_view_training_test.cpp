@@ -182,7 +182,7 @@ PointMatrix Normalized(const Problem& problem) {
   return NormalizedCoordinates(problem.points, problem.cameras->K1, problem.cameras->K2);
 }
 
-TEST_CASE("augmented points obey the turned true model and keypoints turn with them") {
+TEST_CASE("augmented points obey one turned true model") {
   const auto data = ConfigFromYaml(
       "{type: synthetic_two_view, num_points: 80, outlier_ratio: 0.3, task: essential, similarities: true, noise_px: "
       "0, "
