@@ -185,8 +185,7 @@ PointMatrix Normalized(const Problem& problem) {
 TEST_CASE("augmented points obey one turned true model") {
   const auto data = ConfigFromYaml(
       "{type: synthetic_two_view, num_points: 80, outlier_ratio: 0.3, task: essential, similarities: true, noise_px: "
-      "0, "
-      "similarity_noise: 0, gross_similarities: 0}");
+      "0}");
   const auto dataset = MakeDataset(data, 1);
   int exchanged = 0;
   for (std::uint64_t index = 0; index < 8; ++index) {
