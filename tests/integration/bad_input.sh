@@ -64,7 +64,7 @@ printf '%s\n' 'name: pairs' 'task: fundamental' "data: {type: correspondences, p
   'methods: {ransac_20: {type: ransac, max_iterations: 20}}' >"$own/pairs.yaml"
 expect_error 'truncated/matches\.h5' evaluate --config "$own/pairs.yaml" --output "$own/run"
 expect_error 'nowhere' evaluate --config configs/tables/line.yaml --methods ransac_20 --output "$own/run" \
-  --set "data={type: point_sets, paths: ['$own/nowhere'], inlier_threshold: 0.1}" --set 'sweep=~' --set 'figures={}' --set 'paper={}'
+  --set "data={type: point_sets, paths: ['$own/nowhere'], inlier_threshold: 0.1}" --set 'sweep=~'
 
 # Output that cannot be written: below a regular file, and on a disk that is full (a file size limit acts alike).
 touch "$own/file"

@@ -106,7 +106,6 @@ struct RegisteredLearnedEstimator : Registered<EstimatorEntry> {
       const std::string preset = presets.names.empty() ? "" : presets.names.front();
       return DescribeOptions(CheckpointRow<Options>{defaults, task, preset, presets.names});
     };
-    entry.options = typeid(Options);
     return entry;
   }
 };
