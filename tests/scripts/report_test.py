@@ -74,39 +74,6 @@ def evaluate(folder, config, *arguments):
                    check=True, capture_output=True)
 
 
-class PhotographsTest(unittest.TestCase):
-    HEADER = ("image1,image2,status,may_be_chance,focal1_px,focal2_px,matches,inliers,degeneracy,focal1_source,focal2_source,"
-              "camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,focal2_high_px\n")
-
-    def table_of(self, rows, program="diffsac_pair"):
-        with tempfile.TemporaryDirectory() as folder:
-            for name, text in (("config.yaml", f"# program: {program}\n"), ("poses.csv", self.HEADER + rows), ("results.json", RESULTS)):
-                with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
-                    file.write(text)
-            return photographs.read_poses(runs.Run(folder))
-
-    def test_pairs_by_verdict_and_cameras_with_intervals(self):
-        poses = self.table_of(
-            "a,b,ok,1,900,900,90,12,determined,prior,prior,1,1,600,1300,600,1300\n"
-            "a,c,no_model,0,,,40,0,not_tested,,,1,2,,,,\n"
-            "b,c,ok,0,800,650.4,99,70,plane,pairs,matches,1,2,780,822,600,700\n")
-        pairs = photographs.pairs_table(poses)
-        self.assertEqual([row.cells[2] for row in pairs.rows], ["sure", "may be chance", "no model"])
-        self.assertEqual(pairs.rows[0].cells[3:], ["no: one plane", "70", "99", "1", "800 [780, 822]", "pairs", "2", "650 [600, 700]", "matches"])
-        cameras = photographs.cameras_table(poses)
-        self.assertEqual([row.cells for row in cameras.rows],
-                         [["1", "2", "800 [780, 822]", "pairs", "1", "a, b"], ["2", "1", "650 [600, 700]", "matches", "1", "c"]])
-        self.assertTrue(all(html_page.number_of(row.cells[2]) for row in cameras.rows))  # So that the page sorts by them.
-
-    def test_a_calibration_has_no_cameras_to_find(self):
-        poses = self.table_of("a,b,ok,0,300,300,90,12,determined,given,given,,,,,,\n")
-        self.assertIsNone(photographs.cameras_table(poses))
-        self.assertEqual(photographs.pairs_table(poses).rows[0].cells[-2:], ["300", "300"])
-
-    def test_other_programs_have_no_pairs_here(self):
-        self.assertIsNone(self.table_of("a,b,ok,0,300,300,90,12,determined,given,given,,,,,,\n", "diffsac_eval"))
-
-
 class RunTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
