@@ -77,10 +77,11 @@ void AddInput(CLI::App* app, Request* request) {
   app->add_option("images", request->images,
                   "Two images; or photographs of which every pair is estimated: a folder, three images or more, "
                   "patterns in quotes ('photos/*.jpg')");
-  app->add_option("--list", request->list,
-                  "Only these pairs: a text file, two images a line. Without images beside it, of the images that it "
-                  "names (default: all pairs)");
-  app->add_option(
+  CLI::Option* list = app->add_option(
+      "--list", request->list,
+      "Only these pairs: a text file, two images a line. Without images beside it, of the images that it "
+      "names (default: all pairs)");
+  CLI::Option* matches = app->add_option(
       "--from-matches", request->given.file,
       "Instead of images, or with two that are drawn: matches in a text file, CSV or as --matches writes "
       "them (.npy and .npz too, SuperGlue's among them), a line each: x1 y1 x2 y2 [ratio [log_size angle]] "
@@ -92,22 +93,30 @@ void AddInput(CLI::App* app, Request* request) {
          "--sizes",
          [request](const std::vector<std::string>& texts) {
            for (const std::string& text : texts) request->given.sizes.push_back(SizeFromText(text));
+           if (texts.size() > 2) throw CLI::ValidationError("--sizes", "expected one size, or two");
          },
          "Of --from-matches: the images' sizes, as 640x480, or one for each: 640x480,800x600 (default: unknown)")
       ->delimiter(',')
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->needs(matches);
   AddCalibrationOptions(app, &request->calibration);
   app->add_flag("--same-camera", request->same_camera,
                 "Without a calibration: one camera took all images, at one zoom (default: where EXIF data say so)");
-  app->add_option_function<std::string>(
-         "--features", [request](const std::string& name) { request->features.kind = FromString<FeatureKind>(name); },
-         "sift, rootsift, orb or, where LibTorch is installed, xfeat, of 4096 keypoints and 1600 pixels if not said "
-         "otherwise (default: rootsift)")
-      ->check(CLI::IsMember({"sift", "rootsift", "orb", "xfeat"}));
-  app->add_option("--max-keypoints", request->features.max_keypoints, "The strongest of an image; 0: all")
-      ->capture_default_str();
-  app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never")
-      ->capture_default_str();
+  CLI::Option* features =
+      app->add_option_function<std::string>(
+             "--features",
+             [request](const std::string& name) { request->features.kind = FromString<FeatureKind>(name); },
+             "sift, rootsift, orb or, where LibTorch is installed, xfeat, of 4096 keypoints and 1600 pixels if not "
+             "said "
+             "otherwise (default: rootsift)")
+          ->check(CLI::IsMember({"sift", "rootsift", "orb", "xfeat"}));
+  CLI::Option* keypoints =
+      app->add_option("--max-keypoints", request->features.max_keypoints, "The strongest of an image; 0: all")
+          ->capture_default_str();
+  CLI::Option* size = app->add_option("--max-image-size", request->features.max_image_size,
+                                      "Reduce larger images to this side; 0: never")
+                          ->capture_default_str();
+  for (CLI::Option* of_images : {list, features, keypoints, size}) matches->excludes(of_images);
 }
 
 void AddEstimator(CLI::App* app, Request* request) {
@@ -164,22 +173,13 @@ bool IsOnePair(const Request& request) {
 }
 
 void CheckGivenMatches(const CLI::App& app, Request* request) {
-  if (!request->IsGiven()) {
-    if (app.count("--sizes") > 0) throw Error("--sizes is for --from-matches");
-    return;
-  }
-  for (const char* option : {"--list", "--features", "--max-keypoints", "--max-image-size"})
-    if (app.count(option) > 0) throw Error(std::string(option) + " is for images, not for --from-matches");
-  if (request->given.sizes.size() > 2) throw Error("--sizes: expected one size, or two");
-  if (!request->images.empty() && !AreTwoFiles(request->images))
-    throw Error("--from-matches: expected no images, or the two that the matches are of");
-  if (IsManyGiven(*request) && !request->images.empty())
-    throw Error("--from-matches: images are for the matches of one pair");
-  if (request->Takes(Task::kAbsolutePose) && !request->images.empty())
-    throw Error("--from-matches: points of --task absolute_pose are drawn on no images");
-  if (request->images.empty() && !request->picture.empty() && app.count("--picture") > 0)
+  if (!request->IsGiven()) return;
+  const bool images = !request->images.empty(), many = IsManyGiven(*request);
+  if (images && (many || request->Takes(Task::kAbsolutePose) || !AreTwoFiles(request->images)))
+    throw Error("--from-matches: expected no images, or the two that the matches of one pair are of");
+  if (!images && !request->picture.empty() && app.count("--picture") > 0)
     throw Error("--picture: with --from-matches a picture needs the two images");
-  if (request->images.empty()) request->picture.clear();
+  if (!images) request->picture.clear();
 }
 
 // What belongs to the other kind of run is a mistake.
@@ -350,19 +350,15 @@ std::string KeypointsFolder(const Request& request) { return (fs::path(request.o
 /// Keypoints that are left in a folder are those of a run that was interrupted: the next one goes on with them.
 void RefuseResults(const Request& request) {
   std::error_code code;
-  const bool finished =
-      fs::exists(fs::path(request.output) / kPosesFile, code) && !fs::exists(KeypointsFolder(request), code);
   std::vector<std::string> files;
   for (const char* name : {kPosesFile, kReportFile, kPairsJson, kDatabaseFile})
     files.push_back((fs::path(request.output) / name).string());
   RefuseInputsAsOutputs(files, InputsOf(request));
-  const bool ours =
-      fs::exists(fs::path(request.output) / kPairsJson, code) || fs::exists(KeypointsFolder(request), code);
+  if (request.overwrite || fs::exists(KeypointsFolder(request), code)) return;
   for (const std::string& file : files)
-    if (!ours && !request.overwrite && fs::exists(file, code))
-      throw Error(file + ": is there already; --overwrite replaces it, --output DIR writes elsewhere");
-  if (finished && !request.overwrite)
-    throw Error(request.output + ": holds results already; --overwrite replaces them, --output DIR writes elsewhere");
+    if (fs::exists(file, code))
+      throw Error(request.output + ": holds results already (" + fs::path(file).filename().string() +
+                  "); --overwrite replaces them, --output DIR writes elsewhere");
 }
 
 /// Photographs, the cameras that must be found, and what is estimated of the pairs.

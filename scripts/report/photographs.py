@@ -26,11 +26,11 @@ def _verdict(pair):
 
 def _focal(pair, side):
     """With 68 % of what it may be, and where it comes from."""
-    if pair["focal"]:
-        value, low, high, source = (pair["focal"][name][side] for name in ("px", "low_px", "high_px", "source"))
-        return value, f"{value:.0f} [{low:.0f}, {high:.0f}]", source
-    K = pair[f"K{side + 1}"]
-    return (K[0][0], f"{K[0][0]:.0f}", "given") if K else (None, UNKNOWN, UNKNOWN)
+    focal = pair["focal"]
+    if not focal:
+        return None, UNKNOWN, UNKNOWN
+    value, source = focal["px"][side], focal["source"][side]
+    return value, f"{value:.0f}" + (f" [{focal['low_px'][side]:.0f}, {focal['high_px'][side]:.0f}]" if "low_px" in focal else ""), source
 
 
 def cameras_table(pairs):
@@ -75,19 +75,11 @@ def pairs_table(pairs):
     return table
 
 
-def _quaternion(rotation):
-    """w x y z with w >= 0."""
-    from scipy.spatial.transform import Rotation
-
-    x, y, z, w = Rotation.from_matrix(rotation).as_quat()
-    return [value if w >= 0 else -value for value in (w, x, y, z)]
-
-
 def _details(pair):
     """What a line of the list opens (report.js)."""
     pose = pair["pose"]
     details = {"noise": pair["sigma_px"], "model": pair["model"] or None,
-               "pose": _quaternion(pose["R"]) + (pose["t"] or [None] * 3) if pose else None}
+               "pose": pose["q"] + (pose["t"] or [None] * 3) if pose else None}
     text = undetermined_text(pair["degeneracy"], pair["task"])
     return {**details, "undetermined": text} if text else details
 

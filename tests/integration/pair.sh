@@ -95,8 +95,8 @@ run_expecting 0 pair --from-matches "$own/m.txt" --task homography --picture ""
 expect_error 'give --sizes, or --center' pair --from-matches "$own/m.txt" --focal 300
 expect_error 'images. middles: give --sizes' pair --from-matches "$own/m.txt"
 expect_error 'expected sizes such as 640x480' pair --from-matches "$own/m.txt" --sizes 640
-expect_error 'is for images, not for --from-matches' pair --from-matches "$own/m.txt" --max-keypoints 10
-expect_error 'is for --from-matches' pair "$own/a.pgm" "$own/b.pgm" --sizes 640x480
+expect_error '--from-matches excludes --max-keypoints' pair --from-matches "$own/m.txt" --max-keypoints 10
+expect_error '--sizes requires --from-matches' pair "$own/a.pgm" "$own/b.pgm" --sizes 640x480
 # Many pairs: a folder of files, of which a bad one is named; a database of COLMAP's without matches.
 mkdir "$own/given"
 cp "$own/m.txt" "$own/given/a-b.txt"

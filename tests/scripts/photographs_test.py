@@ -21,8 +21,8 @@ def pair_of(name1, name2, focal=None, **facts):
     """focal: of either image px, low, high, source."""
     pair = {"pair": f"{name1}-{name2}", "image1": name1, "image2": name2, "names": [name1, name2], "status": "ok", "may_be_chance": False,
             "sure": True, "degeneracy": "determined", "task": "two_focals", "matches": 4, "inliers": [0, 2], "size1": [40, 30],
-            "size2": None, "K1": None, "K2": None, "camera1": 1, "camera2": 2, "focal": None, "focal_conflict": None, "model": [1.0] * 9,
-            "pose": {"R": np.eye(3).tolist(), "t": None}, "sigma_px": 0.5, "hypotheses": 9, "ms": {"estimate": 1.5}}
+            "size2": None, "camera1": 1, "camera2": 2, "focal": None, "focal_conflict": None, "model": [1.0] * 9,
+            "pose": {"q": [1.0, 0.0, 0.0, 0.0], "t": None}, "sigma_px": 0.5, "hypotheses": 9, "ms": {"estimate": 1.5}}
     if focal:
         pair["focal"] = {key: [one[i] for one in focal] for i, key in enumerate(("px", "low_px", "high_px", "source"))}
     return {**pair, **facts}
@@ -43,8 +43,8 @@ class PhotographsTest(unittest.TestCase):
         self.assertTrue(all(html_page.number_of(row.cells[2]) for row in cameras.rows))  # So that the page sorts by them.
 
     def test_a_calibration_has_no_cameras_to_find(self):
-        K = [[300.0, 0, 20], [0, 300, 15], [0, 0, 1]]
-        pairs = [pair_of("a", "b", K1=K, K2=K, camera1=None, camera2=None)]
+        pairs = [pair_of("a", "b", camera1=None, camera2=None)]
+        pairs[0]["focal"] = {"px": [300, 300], "source": ["given", "given"]}
         self.assertIsNone(photographs.cameras_table(pairs))
         self.assertEqual(photographs.pairs_table(pairs).rows[0].cells[-2:], ["300", "300"])
 

@@ -178,15 +178,10 @@ double RatioOrScore(const Problem& problem, Eigen::Index match) {
   return problem.scored ? 1.0 - problem.snn_ratio[match] : problem.snn_ratio[match];
 }
 
-Json FocalJson(const PairEstimate& estimate) {
-  const FocalEstimate& focal = *estimate.focal;
-  return {{"px", focal.focal_px},
-          {"low_px", focal.low_px},
-          {"high_px", focal.high_px},
-          {"observable", focal.observable},
-          {"prior_px", focal.prior_focal_px},
-          {"prior_log_sigma", focal.prior_log_sigma},
-          {"source", {ToString(estimate.focal_from[0]), ToString(estimate.focal_from[1])}}};
+Json FocalJson(const FocalEstimate& focal) {
+  return {
+      {"px", focal.focal_px},           {"low_px", focal.low_px},           {"high_px", focal.high_px},
+      {"observable", focal.observable}, {"prior_px", focal.prior_focal_px}, {"prior_log_sigma", focal.prior_log_sigma}};
 }
 
 Json ConflictJson(const FocalConflict& conflict) {
@@ -205,23 +200,27 @@ Json PrincipalPointJson(const Problem& problem, const ImageSize& size, Eigen::Ma
   return {0.5 * (size.width - 1), 0.5 * (size.height - 1)};
 }
 
-/// t is null where it is not determined.
+/// With R as a unit quaternion w x y z, w >= 0, too; t is null where it is not determined.
 Json PoseJson(const RigidMotion& pose) {
   const Eigen::Vector3d& t = pose.translation;
-  return {{"R", MatrixJson(pose.rotation)}, {"t", t.isZero(0.0) ? Json(nullptr) : Json({t[0], t[1], t[2]})}};
+  Eigen::Quaterniond q(pose.rotation);
+  if (q.w() < 0.0) q.coeffs() *= -1.0;
+  return {{"R", MatrixJson(pose.rotation)},
+          {"t", t.isZero(0.0) ? Json(nullptr) : Json({t[0], t[1], t[2]})},
+          {"q", {q.w(), q.x(), q.y(), q.z()}}};
 }
 
 /// Row by row.
 std::vector<double> ModelNumbers(const ImagePair& pair) {
-  std::vector<double> numbers;
-  if (!pair.estimate.ok()) return numbers;
-  Eigen::MatrixXd matrix = pair.estimate.matrix;
-  if (pair.example.problem.task == Task::kAbsolutePose) {
-    matrix.resize(3, 4);
-    matrix << pair.estimate.pose->rotation, pair.estimate.pose->translation;
-  }
-  for (const auto& row : matrix.rowwise()) numbers.insert(numbers.end(), row.begin(), row.end());
-  return numbers;
+  const auto numbers = [](const auto& matrix) {
+    const auto values = matrix.template reshaped<Eigen::RowMajor>();
+    return std::vector<double>(values.begin(), values.end());
+  };
+  if (!pair.estimate.ok()) return {};
+  if (pair.example.problem.task != Task::kAbsolutePose) return numbers(pair.estimate.matrix);
+  Eigen::Matrix<double, 3, 4> pose;
+  pose << pair.estimate.pose->rotation, pair.estimate.pose->translation;
+  return numbers(pose);
 }
 
 }  // namespace
@@ -273,6 +272,9 @@ Json PairJson(const ImagePair& pair, const PairRun& run) {
   const Diagnostics& diagnostics = estimate.diagnostics;
   const Problem& problem = pair.example.problem;
   const auto& cameras = problem.cameras;
+  Json focal = OptionalJson(estimate.focal, FocalJson);
+  if (cameras) focal = {{"px", {cameras->K1(0, 0), cameras->K2(0, 0)}}};
+  if (!focal.is_null()) focal["source"] = {ToString(estimate.focal_from[0]), ToString(estimate.focal_from[1])};
   Json inliers = Json::array();
   for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
     if (estimate.inliers[i] != 0) inliers.push_back(i);
@@ -302,8 +304,9 @@ Json PairJson(const ImagePair& pair, const PairRun& run) {
           {"pose_covariance", OptionalJson(estimate.pose_covariance, MatrixJson)},
           {"cheirality_failure_ratio", diagnostics.cheirality_failure_ratio},
           {"focal_conflict", OptionalJson(diagnostics.focal_conflict, ConflictJson)},
-          {"focal", estimate.focal ? FocalJson(estimate) : Json(nullptr)},
+          {"focal", std::move(focal)},
           {"matches", problem.points.rows()},
+          {"num_inliers", estimate.num_inliers},
           {"inliers", std::move(inliers)},
           {"num_nonfinite", diagnostics.num_nonfinite},
           {"num_duplicates", diagnostics.num_duplicates},

@@ -1,6 +1,5 @@
 #include "lab/images/photograph_results.h"
 
-#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cctype>
@@ -24,30 +23,40 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kPosesHeader =
-    "image1,image2,status,may_be_chance,method,seed,qw,qx,qy,qz,tx,ty,tz,focal1_px,focal2_px,matches,inliers,noise_px,"
-    "ms_matching,ms_estimate,m11,m12,m13,m21,m22,m23,m31,m32,m33,degeneracy,focal1_source,focal2_source,other_qw,"
-    "other_qx,other_qy,other_qz,other_tx,other_ty,other_tz,camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,"
-    "focal2_high_px,focal1_observable,focal2_observable,verdict,focal_conflict\n";
-
-/// Fields of a line, each behind a comma but for the first.
-class CsvLine {
- public:
-  void Text(const std::string& text) { line_ += (line_.empty() ? "" : ",") + text; }
-  void Number(double value) { Text(NumberText(value)); }
-  /// No digits of a translation that is not determined.
-  void Pose(const std::optional<RigidMotion>& pose) {
-    if (!pose) return Text(",,,,,,");
-    Eigen::Quaterniond q(pose->rotation);
-    if (q.w() < 0.0) q.coeffs() *= -1.0;
-    for (const double value : {q.w(), q.x(), q.y(), q.z()}) Number(value);
-    for (const double value : pose->translation) Text(pose->translation.isZero(0.0) ? "" : NumberText(value));
-  }
-  std::string line() const { return line_ + "\n"; }
-
- private:
-  std::string line_;
+/// Columns of poses.csv, and where their values are in a pair of pairs.json.
+struct Columns {
+  const char* names;
+  std::vector<const char*> places;
 };
+const std::vector<Columns> kColumns = {
+    {"image1,image2,status,may_be_chance,method,seed",
+     {"/image1", "/image2", "/status", "/may_be_chance", "/method", "/seed"}},
+    {"qw,qx,qy,qz,tx,ty,tz",
+     {"/pose/q/0", "/pose/q/1", "/pose/q/2", "/pose/q/3", "/pose/t/0", "/pose/t/1", "/pose/t/2"}},
+    {"focal1_px,focal2_px", {"/focal/px/0", "/focal/px/1"}},
+    {"matches,inliers,noise_px,ms_matching,ms_estimate",
+     {"/matches", "/num_inliers", "/sigma_px", "/ms/matching", "/ms/estimate"}},
+    {"m11,m12,m13,m21,m22,m23,m31,m32,m33",
+     {"/model/0", "/model/1", "/model/2", "/model/3", "/model/4", "/model/5", "/model/6", "/model/7", "/model/8"}},
+    {"degeneracy,focal1_source,focal2_source", {"/degeneracy", "/focal/source/0", "/focal/source/1"}},
+    {"other_qw,other_qx,other_qy,other_qz,other_tx,other_ty,other_tz",
+     {"/ambiguous_pose/q/0", "/ambiguous_pose/q/1", "/ambiguous_pose/q/2", "/ambiguous_pose/q/3", "/ambiguous_pose/t/0",
+      "/ambiguous_pose/t/1", "/ambiguous_pose/t/2"}},
+    {"camera1,camera2", {"/camera1", "/camera2"}},
+    {"focal1_low_px,focal1_high_px,focal2_low_px,focal2_high_px",
+     {"/focal/low_px/0", "/focal/high_px/0", "/focal/low_px/1", "/focal/high_px/1"}},
+    {"focal1_observable,focal2_observable", {"/focal/observable/0", "/focal/observable/1"}},
+    {"verdict,focal_conflict", {"/verdict", "/contradicts_focal"}}};
+
+/// Empty where there is nothing.
+std::string CellText(const Json& pair, const char* place) {
+  const Json::json_pointer pointer(place);
+  if (!pair.contains(pointer)) return "";
+  const Json& value = pair.at(pointer);
+  if (value.is_string()) return CsvText(value.get<std::string>());
+  if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
+  return value.is_number_float() ? NumberText(value.get<double>()) : value.is_null() ? "" : value.dump();
+}
 
 /// What a file calls an image; empty where it has no name.
 const std::string& FileOf(const PhotographsRun& run, int image) {
@@ -60,64 +69,29 @@ std::string FirstOf(const PhotographsRun& run, const ImagePair& pair) {
   return file.empty() ? pair.example.id : file;
 }
 
-std::string PoseLine(const ImagePair& pair, const PhotographsRun& run) {
-  const PairEstimate& estimate = pair.estimate;
-  const auto& cameras = pair.example.problem.cameras;
-  const auto& focal = estimate.focal;
-  CsvLine line;
-  line.Text(CsvText(FirstOf(run, pair)));
-  line.Text(CsvText(FileOf(run, pair.images[1])));
-  line.Text(std::string(ToString(estimate.status)));
-  line.Text(estimate.MayBeChance() ? "1" : "0");
-  line.Text(ToString(run.options.guidance));
-  line.Text(std::to_string(run.options.seed));
-  line.Pose(estimate.pose);
-  for (int k = 0; k < 2; ++k)
-    line.Text(focal     ? NumberText(focal->focal_px[k])
-              : cameras ? NumberText((k == 0 ? cameras->K1 : cameras->K2)(0, 0))
-                        : "");
-  line.Text(std::to_string(pair.example.problem.points.rows()));
-  line.Text(std::to_string(estimate.num_inliers));
-  line.Text(estimate.ok() ? NumberText(estimate.sigma) : "");
-  line.Text(Format("%.3g", pair.ms_matching));
-  line.Text(Format("%.3g", estimate.stats.ms_total));
-  for (const double value : estimate.matrix.reshaped<Eigen::RowMajor>())
-    line.Text(estimate.ok() ? NumberText(value) : "");
-  line.Text(ToString(estimate.diagnostics.degeneracy));
-  for (int k = 0; k < 2; ++k) line.Text(focal || cameras ? ToString(estimate.focal_from[k]) : "");
-  line.Pose(estimate.ambiguous_pose);
-  for (const int camera : pair.camera) line.Text(camera < 0 ? "" : std::to_string(camera + 1));
-  for (int k = 0; k < 2; ++k) {
-    line.Text(focal ? NumberText(focal->low_px[k]) : "");
-    line.Text(focal ? NumberText(focal->high_px[k]) : "");
-  }
-  for (int k = 0; k < 2; ++k) line.Text(!focal ? "" : focal->observable[k] ? "1" : "0");
-  line.Text(ToString(estimate.verdict));
-  line.Text(estimate.diagnostics.focal_conflict ? "1" : "0");
-  return line.line();
+Json JsonOf(const ImagePair& pair, const PhotographsRun& run) {
+  Json json = PairJson(
+      pair, {FirstOf(run, pair), FileOf(run, pair.images[1]), ToString(run.options.guidance), run.options.seed});
+  // Cameras are counted from 1, as people do.
+  json["camera1"] = pair.camera[0] < 0 ? Json(nullptr) : Json(pair.camera[0] + 1);
+  json["camera2"] = pair.camera[1] < 0 ? Json(nullptr) : Json(pair.camera[1] + 1);
+  json["contradicts_focal"] = !json["focal_conflict"].is_null();
+  json["names"] = {pair.example.image1, pair.example.image2};
+  return json;
 }
 
-std::string PairsText(const std::vector<ImagePair>& pairs, const PhotographsRun& run, bool partial) {
-  const std::string method = ToString(run.options.guidance), scene = run.photographs.source.scenes.at(0).name;
-  Json all = Json::array();
-  for (const ImagePair& pair : pairs) {
-    all.push_back(PairJson(pair, {FirstOf(run, pair), FileOf(run, pair.images[1]), method, run.options.seed}));
-    // Cameras are counted from 1, as people do.
-    for (int k = 0; k < 2; ++k)
-      all.back()["camera" + std::to_string(k + 1)] = pair.camera[k] < 0 ? Json(nullptr) : Json(pair.camera[k] + 1);
-    all.back()["names"] = {pair.example.image1, pair.example.image2};
-  }
-  return JsonText({{"program", kPairProgram},
-                   {"version", VersionText(kPairProgram)},
-                   {"machine", MachineText()},
-                   {"name", scene},
-                   {"task", ToString(run.options.task)},
-                   {"method", method},
-                   {"seed", run.options.seed},
-                   {"partial", partial},
-                   {"matches", "matches/" + scene},
-                   {"pairs", std::move(all)}},
-                  0);
+Json RunJson(std::vector<Json> pairs, const PhotographsRun& run, bool partial) {
+  const std::string scene = run.photographs.source.scenes.at(0).name;
+  return {{"program", kPairProgram},
+          {"version", VersionText(kPairProgram)},
+          {"machine", MachineText()},
+          {"name", scene},
+          {"task", ToString(run.options.task)},
+          {"method", ToString(run.options.guidance)},
+          {"seed", run.options.seed},
+          {"partial", partial},
+          {"matches", "matches/" + scene},
+          {"pairs", std::move(pairs)}};
 }
 
 /// Of COLMAP's camera of an image: as it was given; with the focal length that is known of it; or COLMAP's guess.
@@ -289,10 +263,16 @@ void SayResults(const std::vector<ImagePair>& pairs, const PhotographsRun& run, 
 
 }  // namespace
 
-std::string PosesCsv(const std::vector<ImagePair>& pairs, const PhotographsRun& run) {
-  std::string text = kPosesHeader;
-  for (const ImagePair& pair : pairs) text += PoseLine(pair, run);
-  return text;
+std::string PosesCsv(const std::vector<Json>& pairs) {
+  std::string text;
+  for (const Columns& columns : kColumns) text += (text.empty() ? "" : ",") + std::string(columns.names);
+  for (const Json& pair : pairs) {
+    std::string line;
+    for (const Columns& columns : kColumns)
+      for (const char* place : columns.places) line += (line.empty() ? "\n" : ",") + CellText(pair, place);
+    text += line;
+  }
+  return text + "\n";
 }
 
 void WritePhotographResults(const PhotographsRun& run, std::vector<ImagePair> pairs, std::ostream& out) {
@@ -304,8 +284,10 @@ void WritePhotographResults(const PhotographsRun& run, std::vector<ImagePair> pa
   RemoveFile(file(kPairsJson));
   WriteMatches(pairs, run);
   if (run.store != nullptr) WriteDatabase(pairs, run);
-  WriteFileAtomically(file(kPosesFile), PosesCsv(pairs, run));
-  WriteFileAtomically(file(kPairsJson), PairsText(pairs, run, partial));
+  std::vector<Json> json;
+  for (const ImagePair& pair : pairs) json.push_back(JsonOf(pair, run));
+  WriteFileAtomically(file(kPosesFile), PosesCsv(json));
+  WriteFileAtomically(file(kPairsJson), JsonText(RunJson(std::move(json), run, partial), 0));
   WriteReport(run.output);  // It reads all of these.
   SayResults(pairs, run, out);
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "lab/images/estimate_photographs.h"
+#include "lab/images/json_values.h"
 
 namespace diffsac {
 
@@ -23,7 +24,7 @@ struct PhotographsRun {
   std::string output;  ///< Its folder.
 };
 
-/// poses.csv: a line for each pair,
+/// poses.csv of the pairs of pairs.json: a line for each,
 /// image1,image2,status,may_be_chance,method,seed,qw,qx,qy,qz,tx,ty,tz,focal1_px,focal2_px,matches,inliers,noise_px,
 /// ms_matching,ms_estimate,m11,...,m33,degeneracy,focal1_source,focal2_source,other_qw,...,other_tz: x2 = R x1 + t
 /// with R as a unit quaternion, qw >= 0, and |t| = 1; the focal lengths that were given or found, and where they come
@@ -33,7 +34,7 @@ struct PhotographsRun {
 /// matches know them better than the prior does; verdict (diffsac/results.h); focal_conflict: 1 where the matches
 /// contradict the focal lengths. Unknown values are empty. A pair whose images have no names has its own name in the
 /// first column.
-std::string PosesCsv(const std::vector<ImagePair>& pairs, const PhotographsRun& run);
+std::string PosesCsv(const std::vector<Json>& pairs);
 
 /// Writes correspondence files in `output`/matches/NAME, a COLMAP database of photographs, poses.csv, pairs.json (all
 /// pairs as PairJson has them) and report.html, of those pairs that are done, and says in `out` what there is. Throws
