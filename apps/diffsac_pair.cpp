@@ -314,7 +314,7 @@ void WritePair(const ImagePair& pair, const Request& request, const std::string&
   const Problem& problem = pair.example.problem;
   if (!request.matches.empty()) WriteFileAtomically(request.matches, MatchesText(problem));
   if (!request.json.empty()) {
-    Json json = PairJson(pair, {first, second, ToString(request.options.guidance), request.options.seed});
+    Json json = PairJson(pair, first, second);
     json["correspondences"] = CorrespondencesJson(problem);
     WriteFileAtomically(request.json, JsonText(json));
   }

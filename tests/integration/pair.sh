@@ -69,6 +69,7 @@ run_expecting 0 pair --from-matches "$own/m.npy" --sizes 200x150 --task homograp
 python3 -c 'import json, sys; a, b = (json.load(open(f))["model"] for f in sys.argv[1:]); assert a == b, (a, b)' \
   "$own/given.json" "$own/numpy.json" || fail "NumPy's matches give something else"
 run_expecting 0 pair --from-matches "$own/glue.npz" --task homography --json "$own/glue.json"
+grep -q '"method": "none"' "$own/glue.json" || fail "scores are taken for ratios"
 expect_error 'expected one array, or keypoints0' pair --from-matches "$own/two.npz" --task homography
 run_expecting 0 pair --from-matches "$own/m.csv" --calibration "$own/K.txt" "$own/a.pgm" "$own/b.pgm" --picture "$own/given.png"
 expect_file "$own/given.png"
@@ -81,6 +82,7 @@ python3 - "$own"/{images,given,columns,scores}.json <<'END' || fail "given match
 import json, sys
 images, given, columns, scores = (json.load(open(path)) for path in sys.argv[1:])
 assert given["model"] == images["model"] and given["inliers"] == images["inliers"], given["model"]
+assert given["method"] == "network" and scores["method"] == "none", scores["method"]
 for other in (columns, scores):
     assert other["status"] == "ok" and abs(other["model"][2] / other["model"][8] - 12) < 1, other["model"]
 END

@@ -151,6 +151,9 @@ void EstimatePair(const PairOptions& options, ImagePair* pair) {
   Problem& problem = pair->example.problem;
   problem.task = options.task;
   PairEstimate& estimate = pair->estimate = Estimated(problem, options);
+  estimate.seed = options.seed;
+  if (!problem.scored && !FindsFocals(options.task) && options.task != Task::kAbsolutePose)
+    estimate.guidance = options.guidance;
   estimate.matrix = estimate.model;
   if (estimate.focal && estimate.ok())
     estimate.matrix = (estimate.cameras.K2.transpose() * estimate.model * estimate.cameras.K1).normalized();

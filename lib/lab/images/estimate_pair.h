@@ -38,6 +38,8 @@ struct PairOptions {
 struct PairEstimate : UnknownFocalEstimate {
   /// E of the cameras that were given or found, F or H in pixels; of an absolute pose `pose` alone is set.
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+  Guidance guidance = Guidance::kNone;  ///< That was used: none for scores and unknown focal lengths.
+  std::uint64_t seed = 0;
   /// Where the focal length of either image comes from.
   std::array<FocalSource, 2> focal_from = {FocalSource::kPrior, FocalSource::kPrior};
 

@@ -267,7 +267,7 @@ Json CorrespondencesJson(const Problem& problem) {
   return rows;
 }
 
-Json PairJson(const ImagePair& pair, const PairRun& run) {
+Json PairJson(const ImagePair& pair, const std::string& image1, const std::string& image2) {
   const PairEstimate& estimate = pair.estimate;
   const Diagnostics& diagnostics = estimate.diagnostics;
   const Problem& problem = pair.example.problem;
@@ -279,10 +279,10 @@ Json PairJson(const ImagePair& pair, const PairRun& run) {
   for (std::size_t i = 0; i < estimate.inliers.size(); ++i)
     if (estimate.inliers[i] != 0) inliers.push_back(i);
   return {{"pair", pair.example.id},
-          {"image1", run.image1},
-          {"image2", run.image2},
-          {"method", run.method},
-          {"seed", run.seed},
+          {"image1", image1},
+          {"image2", image2},
+          {"method", ToString(estimate.guidance)},
+          {"seed", estimate.seed},
           {"size1", SizeJson(problem.size1)},
           {"size2", SizeJson(problem.size2)},
           {"principal_point1", PrincipalPointJson(problem, problem.size1, &CameraPair::K1)},

@@ -24,15 +24,9 @@ std::string PoseSpreadText(const Eigen::MatrixXd& covariance);
 /// (Problem::scale_rotation_changes) theirs follow.
 std::string MatchesText(const Problem& problem);
 
-/// What was run on a pair.
-struct PairRun {
-  std::string image1, image2;  ///< Files.
-  std::string method;          ///< The guidance.
-  std::uint64_t seed = 0;
-};
-
-/// The same as one JSON object, with the images, method and seed, K where it is known and the rows of the inliers.
-Json PairJson(const ImagePair& pair, const PairRun& run);
+/// The same as one JSON object, with the images' files, the guidance as `method`, the seed, K where it is known and the
+/// rows of the inliers.
+Json PairJson(const ImagePair& pair, const std::string& image1, const std::string& image2);
 
 /// x1 y1 x2 y2 of each match, to a ten thousandth of a pixel, and its ratio or score where that is known.
 Json CorrespondencesJson(const Problem& problem);

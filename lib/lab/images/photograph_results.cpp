@@ -70,8 +70,7 @@ std::string FirstOf(const PhotographsRun& run, const ImagePair& pair) {
 }
 
 Json JsonOf(const ImagePair& pair, const PhotographsRun& run) {
-  Json json = PairJson(
-      pair, {FirstOf(run, pair), FileOf(run, pair.images[1]), ToString(run.options.guidance), run.options.seed});
+  Json json = PairJson(pair, FirstOf(run, pair), FileOf(run, pair.images[1]));
   // Cameras are counted from 1, as people do.
   json["camera1"] = pair.camera[0] < 0 ? Json(nullptr) : Json(pair.camera[0] + 1);
   json["camera2"] = pair.camera[1] < 0 ? Json(nullptr) : Json(pair.camera[1] + 1);

@@ -37,11 +37,13 @@ ImagePair AnsweredPair(Task task, int points = 60) {
   std::fill_n(estimate.inliers.begin(), 12, 0);
   estimate.num_inliers = points - 12;
   estimate.sigma = 0.25;
+  estimate.guidance = Guidance::kNetwork;
+  estimate.seed = 7;
   estimate.stats.ms_consensus = estimate.stats.ms_total = 3.5;
   return pair;
 }
 
-Json JsonOf(const ImagePair& pair) { return PairJson(pair, {"photos/a.jpg", "photos/b.jpg", "network", 7}); }
+Json JsonOf(const ImagePair& pair) { return PairJson(pair, "photos/a.jpg", "photos/b.jpg"); }
 
 TEST_CASE("a text has model pose inliers noise and times") {
   CHECK_THAT(PairText(AnsweredPair(Task::kEssential)),
