@@ -94,7 +94,7 @@ def main():
     parser.add_argument("--page", help="a Markdown file, with its pictures beside it (default: it is printed)")
     parser.add_argument("--command", help="what the page says that it was written by (default: this call)")
     arguments = parser.parse_args()
-    made = [folder for folder in arguments.folders if os.path.exists(os.path.join(folder, "results.json"))]
+    made = [folder for folder in arguments.folders if os.path.exists(os.path.join(folder, "run.json"))]
     runs = [Run(folder) for folder in made]
     for run in runs:
         if not run.results["effects"]:

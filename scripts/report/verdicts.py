@@ -97,13 +97,13 @@ def cells_of(run, methods):
         raise ValueError(f"{run.folder}: problems.csv has no {', '.join(missing)}: not of two views, or of an earlier version")
     problems = problems[problems["pose_deg"].notna() & problems["angle_deg"].notna()]
     problems = problems.assign(verdict=verdicts_of(problems))
-    labels = {one["name"]: one["label"] for one in run.results["methods"]}
+    labels = {one["name"]: one["label"] for one in run.facts["methods"]}
     unknown = [name for name in methods if name not in labels]
     if unknown:
         raise ValueError(f"{run.folder} has no row {', '.join(unknown)}, but: {', '.join(labels)}")
     for (condition, method), cell in problems.groupby(["condition", "method"], sort=False):
         if not methods or method in methods:
-            yield [run.results["experiment"], run.results["task"], condition, labels[method]], cell
+            yield [run.facts["experiment"], run.facts["task"], condition, labels[method]], cell
 
 
 def page(runs, methods):

@@ -1,18 +1,19 @@
-"""run_report.py FOLDER: of a run of diffsac_eval (its results.json and what is beside it) the pictures, report.html,
-table.tex and table.csv. diffsac_eval and diffsac_pair call it; it can be called again."""
+"""python3 scripts/report FOLDER: of a run of diffsac_eval (problems.csv, estimates.h5 and run.json) results.json, results.csv, reliability.csv,
+table.md, table.tex, table.csv, the pictures, labels/ and report.html; of a folder of diffsac_pair report.html. It can be called again."""
 import os
 import sys
 
 import examples
 import files
 import html_page
+import labels
 import match_pictures
 import photographs
 import pictures
 import problem_list
 import runs
-import tables
 import words
+import written
 
 
 def draw_pictures(run, fits):
@@ -74,15 +75,13 @@ def fit_caption(run, fit, example):
             f"{int(example.inliers.sum()) - right} missed")
 
 
-def add_problems(page, run, fits):
+def add_problems(page, run):
     problems, pairs = problem_list.ProblemList(run), run.results["two_view"]
     if problems.problems.empty:
         return
     page.section("Pairs" if pairs else "Problems")
-    estimates = problem_list.read_estimates(run)
-    shown = examples.open_examples(run, "pairs.h5")
-    notes = problem_list.add_pair_pictures(page, problems, shown, fits, estimates) if shown and (fits or estimates) else []
-    text, left_out = problems.json(estimates)
+    notes = problem_list.add_pair_pictures(page, problems, run.examples, run.estimates) if pairs and run.examples else []
+    text, left_out = problems.json(run.estimates)
     page.json("problems", text)
     if left_out:
         notes.append(f"{left_out} lines are not in this list, which holds the largest, the smallest and evenly spread errors of each "
@@ -100,7 +99,6 @@ def write_page(run, fits, shown):
         page.warning("Partial results: the run was interrupted.")
     for row in run.results["left_out"]:
         page.text(f"Left out: {row}.")
-    photographs.add_photographs(page, run)
     add_tables(page, run)
     if shown:
         page.section("Curves and bars")
@@ -112,20 +110,19 @@ def write_page(run, fits, shown):
             page.picture(picture_in(run, "fits"), "The kept fits, a column a condition.")
         for fit in fits.fits:
             page.text(fit_caption(run, fit, fits.example(fit)))
-    add_problems(page, run, fits)
+    add_problems(page, run)
     page.write(run.path("report.html"))
 
 
 def main(folder):
+    if os.path.exists(os.path.join(folder, "pairs.json")):
+        return photographs.write_page(folder)
     run = runs.Run(folder)
-    files.write_whole(run.path("table.tex"), tables.latex_report(run))
-    files.write_whole(run.path("table.csv"), tables.tables_csv(run.tables))
-    fits = examples.open_examples(run, "fits.h5")
+    written.write_numbers(run)
+    labels.write_labels(run)
+    fits = examples.open_fits(run)
     shown = [] if run.partial else draw_pictures(run, fits)
-    if run.results["report"]:
-        write_page(run, fits, shown)
-    else:
-        files.remove(run.path("report.html"))
+    write_page(run, fits, shown)
 
 
 if __name__ == "__main__":
