@@ -11,9 +11,7 @@
 #include "diffsac/problem/within_size.h"
 #include "lab/data/point_files.h"
 #include "lab/eval/report_script.h"
-#include "lab/images/hloc_files.h"
 #include "lab/images/image_cameras.h"
-#include "lab/images/run_pairs.h"
 
 namespace diffsac {
 
@@ -147,7 +145,7 @@ namespace {
 bool HoldsHloc(const std::string& folder) {
   std::error_code code;
   for (const auto& entry : fs::directory_iterator(folder, code))
-    if (entry.path().extension() == ".h5" && KindOfHlocFile(entry.path().string()) == HlocKind::kMatches) return true;
+    if (entry.path().extension() == ".h5") return true;
   return false;
 }
 
@@ -240,10 +238,7 @@ GivenPairs ReadManyMatches(const GivenMatches& given, const GivenCalibration& ca
       CalibrateByName(given, calibration, &pairs);
     }
   } else {
-    PairsRequest request;
-    request.format = "hloc";
-    request.input = given.file;
-    pairs = ReadHlocPairs(request);
+    pairs = ReadHlocPairs(given.file);
     CalibrateByName(given, calibration, &pairs);
   }
   KeepWhatAllHave(&pairs.set);
