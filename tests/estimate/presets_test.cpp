@@ -88,6 +88,16 @@ TEST_CASE("the functions of two views give the digits of the tables' rows") {
   }
 }
 
+TEST_CASE("a calibrated homography has a pose") {
+  Problem problem = ProblemOf(kViews + std::string("homography}"));
+  SetThreshold(3.0, &problem);
+  const auto estimate = EstimateCalibratedHomography(MatchesOf(problem), problem.cameras.value(), Seeded(false));
+  const Estimate row = Row("tables/learned_homography.yaml", "prosac_marginalised_confident")->Run(problem, 5);
+  CheckSame(estimate, row);
+  REQUIRE(estimate.pose);
+  CHECK(estimate.pose->rotation == row.pose->rotation);
+}
+
 TEST_CASE("functions and tables agree to the bit") {
   Problem problem = ProblemOf(kViews + std::string("essential}"));
   ImageOptions options = Seeded(true);

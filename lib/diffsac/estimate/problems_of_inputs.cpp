@@ -170,8 +170,8 @@ Problem TwoViewProblem(Task task, const Matches& matches, const ImageOptions& op
   return problem;
 }
 
-Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
-  Problem problem = TwoViewProblem(Task::kEssential, matches, options);
+Problem CalibratedProblem(Task task, const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
+  Problem problem = TwoViewProblem(task, matches, options);
   problem.cameras = CameraPair{CheckedCalibration(cameras.K1, "K1"), CheckedCalibration(cameras.K2, "K2")};
   RequireInView(problem.cameras->K1, matches.points1, "K1");
   RequireInView(problem.cameras->K2, matches.points2, "K2");

@@ -3,9 +3,6 @@
 #include <algorithm>
 
 #include "diffsac/geometry/calibration.h"
-#include "diffsac/geometry/parallax.h"
-#include "diffsac/geometry/pose.h"
-#include "diffsac/problem/plane_pose.h"
 #include "diffsac/ransac/consensus_options.h"
 
 namespace diffsac {
@@ -85,26 +82,6 @@ void Take(PoseEstimate<Model> from, PairEstimate* to) {
   to->ambiguous_pose = from.ambiguous_pose;
 }
 
-/// The motion behind a homography of calibrated cameras, or that they only turned.
-void AddMotionOfPlane(const Problem& problem, double threshold_px, PairEstimate* estimate) {
-  if (!problem.cameras || !estimate->ok() || estimate->MayBeChance()) return;
-  const auto& [K1, K2] = *problem.cameras;
-  const auto plane = PosesOfPlane(estimate->model, {problem.points, estimate->inliers, *problem.cameras, threshold_px});
-  if (!plane) return;
-  estimate->pose = plane->pose;
-  const Eigen::Matrix3d essential = EssentialFromPose({plane->pose.rotation, plane->pose.translation});
-  const ParallaxTest test =
-      TestTurn(NormalizedCoordinates(problem.points, K1, K2), AsParameters(essential), estimate->inliers);
-  estimate->diagnostics.degeneracy = test.degeneracy;
-  if (test.pure_rotation) {
-    estimate->verdict = Verdict::kRotationOnly;
-    estimate->pose = RigidMotion{*test.pure_rotation, Eigen::Vector3d::Zero()};
-  } else if (plane->ambiguous()) {
-    estimate->verdict = Verdict::kAmbiguous;
-    estimate->ambiguous_pose = plane->other;
-  }
-}
-
 /// The functions of diffsac.h, one for each task.
 PairEstimate Estimated(const Problem& problem, const PairOptions& options) {
   PairEstimate estimate;
@@ -118,8 +95,9 @@ PairEstimate Estimated(const Problem& problem, const PairOptions& options) {
       two_views = EstimateFundamental(MatchesOf(problem), ImageOptionsOf(options));
       break;
     case Task::kHomography:
-      two_views = EstimateHomography(MatchesOf(problem), ImageOptionsOf(options));
-      AddMotionOfPlane(problem, options.threshold_px.value_or(DefaultThreshold(problem.task)), &estimate);
+      two_views = problem.cameras
+                      ? EstimateCalibratedHomography(MatchesOf(problem), *problem.cameras, ImageOptionsOf(options))
+                      : EstimateHomography(MatchesOf(problem), ImageOptionsOf(options));
       break;
     case Task::kSharedFocal:
       with_focal = EstimateSharedFocal(MatchesOf(problem), FocalOptionsOf(options, problem));
