@@ -38,9 +38,7 @@ void DrawInliers(const std::string& image1, const std::string& image2, const Poi
                  const std::vector<std::uint8_t>& inliers, const std::string& caption, const std::string& path);
 
 /// A grey image, at most 1600 pixels wide or high, with its segments in the colour of their vanishing point (grey: of
-/// none), the horizon, the vanishing points that are in the picture, and a legend below. labels: of each vanishing
-/// point, for the legend; colours: "#RRGGBB", as many as they.
-cv::Mat DrawVanishingPoints(const cv::Mat& gray, const PointMatrix& segments, const VanishingPointsEstimate& estimate,
-                            const std::vector<std::string>& labels, const std::vector<std::string>& colours);
+/// none), the horizon, the vanishing points that are in the picture, and a legend below.
+cv::Mat DrawVanishingPoints(const cv::Mat& gray, const PointMatrix& segments, const VanishingPointsEstimate& estimate);
 
 }  // namespace diffsac

@@ -1,9 +1,10 @@
 #include <algorithm>
-#include <cstdlib>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "lab/eval/format.h"
 #include "lab/images/pictures.h"
+#include "lab/images/vanishing_text.h"
 
 namespace diffsac {
 namespace {
@@ -11,9 +12,12 @@ namespace {
 constexpr double kMostPixels = 1600.0;
 const cv::Scalar kOther(150, 150, 150), kBlack(0, 0, 0), kWhite(255, 255, 255);
 
-cv::Scalar ColourOf(const std::string& text) {
-  const unsigned long rgb = std::strtoul(text.c_str() + 1, nullptr, 16);
-  return {double(rgb & 255), double(rgb >> 8 & 255), double(rgb >> 16 & 255)};
+/// Blue, green and red that colour-blind readers can tell apart (Okabe and Ito, "Color universal design", 2008). They
+/// repeat after six.
+cv::Scalar ColourOf(std::size_t index) {
+  static const cv::Scalar kColours[] = {{178, 114, 0},   {0, 94, 213},  {115, 158, 0},
+                                        {167, 121, 204}, {0, 159, 230}, {233, 180, 86}};
+  return kColours[index % std::size(kColours)];
 }
 
 /// The image, reduced, and where its pixels are in it.
@@ -85,14 +89,15 @@ void DrawHorizon(const Horizon& horizon, Canvas* canvas) {
 
 }  // namespace
 
-cv::Mat DrawVanishingPoints(const cv::Mat& gray, const PointMatrix& segments, const VanishingPointsEstimate& estimate,
-                            const std::vector<std::string>& labels, const std::vector<std::string>& colours) {
+cv::Mat DrawVanishingPoints(const cv::Mat& gray, const PointMatrix& segments, const VanishingPointsEstimate& estimate) {
   Canvas canvas(gray);
   std::vector<cv::Scalar> drawn;
   std::vector<LegendEntry> entries;
+  const std::vector<int> counts = SegmentCounts(estimate);
   for (std::size_t k = 0; k < estimate.points.size(); ++k) {
-    drawn.push_back(ColourOf(colours.at(k)));
-    entries.push_back({labels.at(k), drawn.back()});
+    drawn.push_back(ColourOf(k));
+    entries.push_back({Format("%zu: %d segments", k + 1, counts[k]), drawn.back()});
+    if (!estimate.values.empty()) entries.back().text += Format(", sure %.2f", estimate.values[k]);
   }
   for (const bool assigned : {false, true}) DrawSegments(segments, estimate.assignment, assigned, drawn, &canvas);
   if (estimate.horizon) {
