@@ -129,11 +129,12 @@ void EstimatePair(const PairOptions& options, ImagePair* pair) {
   Problem& problem = pair->example.problem;
   problem.task = options.task;
   PairEstimate& estimate = pair->estimate = Estimated(problem, options);
+  estimate.task = options.task;
   estimate.seed = options.seed;
   if (!problem.scored && !FindsFocals(options.task) && options.task != Task::kAbsolutePose)
     estimate.guidance = options.guidance;
   estimate.matrix = estimate.model;
-  if (estimate.focal && estimate.ok())
+  if (FindsFocals(options.task) && estimate.ok())
     estimate.matrix = (estimate.cameras.K2.transpose() * estimate.model * estimate.cameras.K1).normalized();
   for (int k = 0; k < 2; ++k) estimate.focal_from[k] = SourceOf(*pair, k);
   pair->done = true;

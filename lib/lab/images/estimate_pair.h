@@ -38,6 +38,7 @@ struct PairOptions {
 struct PairEstimate : UnknownFocalEstimate {
   /// E of the cameras that were given or found, F or H in pixels; of an absolute pose `pose` alone is set.
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+  Task task = Task::kEssential;
   Guidance guidance = Guidance::kNone;  ///< That was used: none for scores and unknown focal lengths.
   std::uint64_t seed = 0;
   /// Where the focal length of either image comes from.
@@ -45,7 +46,7 @@ struct PairEstimate : UnknownFocalEstimate {
 
   bool MayBeChance() const { return verdict == Verdict::kUnsupported; }
   /// Whether R and t depend on a length that cameras in general have.
-  bool IsGuess(int image) const { return focal && focal_from[image] == FocalSource::kPrior; }
+  bool IsGuess(int image) const { return FindsFocals(task) && focal && focal_from[image] == FocalSource::kPrior; }
   /// Whether it may be used: a model that is more than chance, by focal lengths that something says and that the
   /// matches do not contradict.
   bool IsSure() const { return ok() && !MayBeChance() && !IsGuess(0) && !IsGuess(1) && !diagnostics.focal_conflict; }

@@ -102,9 +102,9 @@ std::string MotionText(const ImagePair& pair) {
     text += of_scene ? PoseSpreadText(*covariance)
                      : SpreadText(*covariance, Format("%.2g degrees", Degrees(Spread(*covariance, 3))));
   if (estimate.ambiguous_pose)
-    text += std::string("  the ") +
-            (of_scene ? "points lie on one plane, and this pose" : "matches lie on one plane, and this motion") +
-            " explains them as well:\n" + PoseText(*estimate.ambiguous_pose, of_scene);
+    text += std::string(of_scene ? "  the points lie on one plane, and this pose explains them as well:\n"
+                                 : "  this motion explains the matches as well (a plane, or a zoom):\n") +
+            PoseText(*estimate.ambiguous_pose, of_scene);
   if (estimate.IsGuess(0) || estimate.IsGuess(1))
     text += "  R and t are no better than the focal length, which is a guess: --focal or --calibration tells it\n";
   return text;

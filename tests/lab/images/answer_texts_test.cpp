@@ -37,6 +37,7 @@ ImagePair AnsweredPair(Task task, int points = 60) {
   std::fill_n(estimate.inliers.begin(), 12, 0);
   estimate.num_inliers = points - 12;
   estimate.sigma = 0.25;
+  estimate.task = task;
   estimate.guidance = Guidance::kNetwork;
   estimate.seed = 7;
   estimate.stats.ms_consensus = estimate.stats.ms_total = 3.5;
@@ -64,7 +65,7 @@ TEST_CASE("without calibration no pose and failures say why") {
 }
 
 TEST_CASE("standard deviations and focal lengths are told") {
-  ImagePair pair = AnsweredPair(Task::kEssential);
+  ImagePair pair = AnsweredPair(Task::kTwoFocals);
   PairEstimate& estimate = pair.estimate;
   const double radian = std::numbers::pi / 180.0;
   Eigen::VectorXd deviations(6);
@@ -115,7 +116,7 @@ TEST_CASE("what is not determined has no digits") {
 TEST_CASE("motions of planes and turns are told") {
   ImagePair pair = AnsweredPair(Task::kEssential);
   pair.estimate.ambiguous_pose = RigidMotion{Eigen::Matrix3d::Identity(), Eigen::Vector3d::UnitY()};
-  CHECK_THAT(PairText(pair), Contains("the matches lie on one plane, and this motion explains them as well:\n  R = ") &&
+  CHECK_THAT(PairText(pair), Contains("this motion explains the matches as well (a plane, or a zoom):\n  R = ") &&
                                  Contains("t =  (0.000000, 1.000000, 0.000000)"));
   CHECK(JsonOf(pair).at("ambiguous_pose").at("t")[1] == 1.0);
   ImagePair plane = AnsweredPair(Task::kHomography);
