@@ -1,5 +1,5 @@
-"""python3 scripts/report FOLDER: of a run of diffsac_eval (problems.csv, estimates.h5 and run.json) results.json, results.csv, reliability.csv,
-table.md, table.tex, table.csv, the pictures, labels/ and report.html; of a folder of diffsac_pair report.html. It can be called again."""
+"""python3 scripts/report FOLDER: makes tables, pictures and report.html of a run of diffsac_eval (from problems.csv, estimates.h5 and run.json), or
+report.html of a folder of diffsac_pair. Can be repeated. docs/report.md lists the files."""
 import os
 import sys
 

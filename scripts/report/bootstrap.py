@@ -1,4 +1,4 @@
-"""Intervals by the bootstrap (docs/metrics.md#confidence-intervals), with the random numbers of the library's Rng: those of earlier tables."""
+"""Bootstrap confidence intervals (docs/metrics.md#confidence-intervals). Draws come from the library's Rng, so that intervals equal those of earlier tables."""
 import functools
 
 import numpy as np
@@ -17,7 +17,7 @@ def _finalise(x):
 
 
 def fork(key, name, number=0):
-    """The key of Rng(key).Fork(name, number) (diffsac/core/random.h)."""
+    """Returns the key of Rng(key).Fork(name, number) (diffsac/core/random.h)."""
     hashed = 0xCBF29CE484222325
     for byte in name.encode():
         hashed = (hashed ^ byte) * 0x100000001B3 & MASK
@@ -26,7 +26,7 @@ def fork(key, name, number=0):
 
 
 def random_numbers(key, first, count):
-    """What Rng(key).NextU64() gives, from its first-th call on: Philox4x32-10, two numbers a block."""
+    """Returns the results of calls `first`, `first` + 1, ... of Rng(key).NextU64(): Philox4x32-10, two numbers per block."""
     blocks = np.arange(first // 2, (first + count + 1) // 2, dtype=np.uint64)
     words = [blocks & LOW, blocks >> np.uint64(32), np.zeros_like(blocks), np.zeros_like(blocks)]
     keys = [key & 0xFFFFFFFF, key >> 32]
@@ -40,7 +40,7 @@ def random_numbers(key, first, count):
 
 @functools.lru_cache(maxsize=8)
 def _drawn(key, sizes, first, rounds):
-    """A row a drawn problem, a column a round: which problem of its scene (Rng::Below, without its redraw, which one of 10^15 numbers needs)."""
+    """Returns indices of drawn problems: rows are draws, columns are rounds. Follows Rng::Below without its rejection step (probability below 1e-15)."""
     size = np.repeat(np.array(sizes, np.uint64), sizes)
     numbers = random_numbers(key, first * len(size), rounds * len(size)).reshape(rounds, -1)
     below = (numbers >> np.uint64(32)) * size + ((numbers & LOW) * size >> np.uint64(32)) >> np.uint64(32)
@@ -48,7 +48,7 @@ def _drawn(key, sizes, first, rounds):
 
 
 def _mean(values, ends, sizes):
-    """The mean over scenes of the sums of rows, added one after the other, as the tables' digits were made."""
+    """Mean over scenes of each column. Rows are added in order, which keeps the last bit equal to the C++ program's."""
     return sum(values[end - size:end].sum(axis=0) / size for end, size in zip(ends, sizes)) / len(sizes)
 
 
@@ -59,8 +59,8 @@ def _quantile(ordered, share):
 
 
 def interval(values, sizes, seed):
-    """The unweighted mean over scenes of their means, with its 95 % interval: problems are redrawn within their scene. `values`: scene by
-    scene; `sizes`: how many each has. The same seed draws the same problems."""
+    """Unweighted mean over scenes and its 95 % percentile interval. Problems are resampled within their scene; equal seeds and sizes give equal
+    samples. `values` holds the scenes one after the other, `sizes` their lengths."""
     values, sizes = np.asarray(values, float), tuple(int(size) for size in sizes)
     if not sizes:
         return dict(UNKNOWN)

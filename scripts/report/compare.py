@@ -5,11 +5,10 @@ Prints it and writes compare.md, compare.csv and report.html into DIR (default: 
 """
 import argparse
 import os
-import sys
 
 import numpy
 
-from files import write_whole
+from files import BadInput, run_script, write_whole
 from html_page import Page
 from runs import Run, flat
 from tables import UNKNOWN, Row, Table, markdown_table, tables_csv
@@ -20,16 +19,12 @@ MOST_CHANGED, MOST_KEYS = 30, 40
 PLACE = ["condition", "row", "scene", "id", "again"]
 
 
-class Bad(Exception):
-    pass
-
-
 def number(value, form):
     return form.format(value) if known(value) else UNKNOWN
 
 
 def side(run, one_each):
-    """Its problems by what pairs them: condition, row, scene, id and which estimate of the problem (joined runs have as many as seeds)."""
+    """Returns problems with the columns that pair them: condition, row, scene, id, and number of the estimate (joined seeds have several)."""
     problems = run.made.problems
     error = "misclassified" if run.results["structures"] else "error_px" if run.results["unit"] == "px" else "angle_deg"
     problems = problems.assign(row="" if one_each else problems["method"], error=problems[error].astype(float))
@@ -37,12 +32,12 @@ def side(run, one_each):
 
 
 def means_over_scenes(values, pairs):
-    """A problem of several seeds counts once."""
+    """Averages the seeds of each problem."""
     return values.groupby([pairs["scene"], pairs["id"]], sort=False).mean().dropna()
 
 
 def compared_row(pairs, labels, truth):
-    """mAA, mean over scenes, or without truth the median of inliers; B − A; medians of milliseconds."""
+    """Returns mAA as mean over scenes (median of inliers without truth), B − A, and medians of milliseconds."""
     ms = [number(pairs[name].median(), "{:.3g}") for name in ("ms_total_a", "ms_total_b")]
     difference = means_over_scenes(pairs["accuracy_b"] - pairs["accuracy_a"], pairs)
     if not truth or difference.empty:
@@ -56,7 +51,7 @@ def compared_row(pairs, labels, truth):
 
 
 def changed_table(pairs, labels, unit):
-    """The problems that are answered differently, those that changed most first."""
+    """Lists problems with different estimates, largest change first."""
     change = [(pairs[name + "_b"] - pairs[name + "_a"]).abs().fillna(0) for name in ("accuracy", "error", "inliers")]
     pairs = pairs.assign(**{f"change_{i}": one for i, one in enumerate(change)})
     pairs = pairs[(pairs["status_a"] != pairs["status_b"]) | (sum(change) > 0)].sort_values(["change_0", "change_1", "change_2"], ascending=False, kind="stable")
@@ -75,11 +70,11 @@ def changed_keys(a, b):
 
 
 def compare(a, b, name_a, name_b):
-    """The tables of rows and of changed problems, remarks, changed keys."""
+    """Returns the tables of rows and of changed problems, remarks, and changed keys."""
     both = f"'{name_a}' and '{name_b}'"
     for what, of in (("of different tasks", lambda run: run.results["task"]), ("judged by different metrics", lambda run: run.results["accuracy"]["metric"])):
         if of(a) != of(b):
-            raise Bad(f"{both} are {what}: {of(a)} and {of(b)}")
+            raise BadInput(f"{both} are {what}: {of(a)} and {of(b)}")
     methods, conditions = (([{one["name"]: one["label"] for one in run.results[what]} for run in (a, b)]) for what in ("methods", "conditions"))
     one_each = len(methods[0]) == len(methods[1]) == 1
     first, second = side(a, one_each), side(b, one_each)
@@ -98,7 +93,7 @@ def compare(a, b, name_a, name_b):
     if pairs.empty:
         ids = [str(one["id"].iloc[0]) if len(one) else "" for one in (first, second)]
         drawn = f": their data was drawn with another seed or other options ({', '.join(ids)})" if any("@" in one for one in ids) else ""
-        raise Bad(f"{both} share no row on the same problems{drawn}")
+        raise BadInput(f"{both} share no row on the same problems{drawn}")
     for what, (of_a, of_b) in (("row", ({}, {}) if one_each else methods), ("condition", conditions)):
         absent += [f"{what} '{one}' is in {name} alone" for ours, theirs, name in ((of_a, of_b, name_a), (of_b, of_a, name_b)) for one in ours if one not in theirs]
     truth = (pairs["accuracy_a"] - pairs["accuracy_b"]).notna().any()
@@ -114,33 +109,29 @@ def main():
     parser.add_argument("runs", nargs=2, metavar="RUN")
     parser.add_argument("--output", help="default: runs/compare-A-B")
     arguments = parser.parse_args()
-    try:
-        names = [os.path.basename(os.path.normpath(folder)) for folder in arguments.runs]
-        output = arguments.output or f"runs/compare-{names[0]}-{names[1]}"
-        if names[0] == names[1]:
-            names = arguments.runs
-        tables, remarks, keys = compare(*(Run(folder) for folder in arguments.runs), *names)
-        title = f"{names[1]} against {names[0]}"
-        text = f"# {title}\n\nA: {names[0]}, B: {names[1]}. In bold where the interval leaves zero out.\n"
-        text += "".join(f"\n## {table.heading}\n\n{markdown_table(table)}" for table in tables if table.rows)
-        if not tables[1].rows:
-            text += "\nAll problems have the same answers.\n"
-        text += "".join(f"\n{line}.\n" for line in remarks)
-        if keys:
-            text += "\n## configuration, A → B\n\n" + "".join(f"    {line}\n" for line in keys)
-        os.makedirs(output, exist_ok=True)
-        write_whole(os.path.join(output, "compare.md"), text)
-        write_whole(os.path.join(output, "compare.csv"), tables_csv(tables))
-        page = Page(title)
-        page.table(tables[0], "In bold where the interval leaves zero out.")
-        page.table(tables[1])
-        page.pre("\n".join([*remarks, *keys]))
-        page.write(os.path.join(output, "report.html"))
-        print(f"{text}\nwritten to {output}")
-    except (Bad, OSError, KeyError, ValueError) as error:
-        print(f"compare: {error}", file=sys.stderr)
-        sys.exit(2)
+    names = [os.path.basename(os.path.normpath(folder)) for folder in arguments.runs]
+    output = arguments.output or f"runs/compare-{names[0]}-{names[1]}"
+    if names[0] == names[1]:
+        names = arguments.runs
+    tables, remarks, keys = compare(*(Run(folder) for folder in arguments.runs), *names)
+    title = f"{names[1]} against {names[0]}"
+    text = f"# {title}\n\nA: {names[0]}, B: {names[1]}. In bold where the interval leaves zero out.\n"
+    text += "".join(f"\n## {table.heading}\n\n{markdown_table(table)}" for table in tables if table.rows)
+    if not tables[1].rows:
+        text += "\nAll problems have the same answers.\n"
+    text += "".join(f"\n{line}.\n" for line in remarks)
+    if keys:
+        text += "\n## configuration, A → B\n\n" + "".join(f"    {line}\n" for line in keys)
+    os.makedirs(output, exist_ok=True)
+    write_whole(os.path.join(output, "compare.md"), text)
+    write_whole(os.path.join(output, "compare.csv"), tables_csv(tables))
+    page = Page(title)
+    page.table(tables[0], "In bold where the interval leaves zero out.")
+    page.table(tables[1])
+    page.pre("\n".join([*remarks, *keys]))
+    page.write(os.path.join(output, "report.html"))
+    print(f"{text}\nwritten to {output}")
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

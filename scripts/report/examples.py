@@ -1,4 +1,4 @@
-"""estimates.h5: what was estimated, examples with their points and fits, and the photographs of their images."""
+"""Reads estimates.h5 (estimates, examples with their points, fits) and the photographs of examples."""
 import fnmatch
 import io
 import json
@@ -29,7 +29,7 @@ class Example:
 
 
 class ExampleFile:
-    """The examples of estimates.h5 (docs/estimates.md): problems with their points, in the data's order."""
+    """Examples of estimates.h5 (docs/estimates.md): problems with their points, in the order of the data."""
 
     def __init__(self, group):
         self._group, self.json = group, json.loads(group["json"][()].tobytes())
@@ -42,13 +42,14 @@ class ExampleFile:
         return None if rows is None else rows[()]
 
     def at(self, number, in_image=False):
-        """`in_image`: with its points where they are in the image, of problems that have one."""
+        """Returns an example. `in_image` takes the points' positions in the image, if the problem has one."""
         points, inliers = self._rows("image_points", number) if in_image else None, self._rows("inliers", number)
         points = self._rows("points", number) if points is None else points
+        points = np.zeros((0, 2)) if points is None else points
         return Example(self.json["examples"][number], points, None if inliers is None else inliers != 0)
 
     def source(self, number):
-        """All points of a person's own file, as they were read."""
+        """All points of a user's file, including those that max_points left out."""
         source = self._rows("source", number)
         return self._rows("points", number) if source is None else source
 
@@ -57,7 +58,7 @@ class ExampleFile:
 
 
 class Estimates:
-    """One method on one condition of estimates.h5."""
+    """Estimates of one method on one condition."""
 
     def __init__(self, group):
         self._group, self._read = group, {}
@@ -84,7 +85,7 @@ class Estimates:
         return np.array(otherwise) if values is None else values[ends[i - 1] if i else 0:ends[i]]
 
     def model(self, i):
-        """Without the NaN that fill its row."""
+        """Model parameters without padding."""
         model = self.value("model", i)
         return model[:np.flatnonzero(np.isfinite(model))[-1] + 1] if np.isfinite(model).any() else model[:0]
 
@@ -107,7 +108,7 @@ class Estimates:
 
 
 class Fits:
-    """The fits that `figures` asks for, of one run, and the reverse steps of one problem."""
+    """Fits selected by `figures`, and the reverse steps of one problem."""
 
     def __init__(self, run, file):
         self.run, self.file = run, file
@@ -121,22 +122,22 @@ class Fits:
         named = figures.get("confidence_condition", "")
         conditions = [one["name"] for one in facts["conditions"]]
         shown = conditions.index(named) if named in conditions else len(conditions) // 2
-        self.trace = next(({**one, "downwards": file.has_image(one["example"])} for one in file.json["traces"] if one["condition"] == shown), None)
+        self.trace = next(({**one, "downwards": facts["two_view"] or file.has_image(one["example"])} for one in file.json["traces"] if one["condition"] == shown), None)
 
     def _conditions(self, figures):
-        """The named ones, or up to four, evenly spread."""
+        """Named conditions, or up to four, evenly spread."""
         names = [one["name"] for one in self.run.facts["conditions"]]
         named = figures.get("qualitative_conditions", [])
         return [c for c, name in enumerate(names) if name in named] if named else evenly_chosen(range(len(names)))
 
     def _rows(self, figures):
-        """The named ones, or the first that are no oracles: one of lines and planes, three of two views."""
+        """Named methods, or the first that are not `oracle`: three for two views, else one."""
         named = figures.get("qualitative_methods") or [name for name in [figures.get("qualitative_method", "")] if name]
         first = [m for m, one in enumerate(self.run.facts["methods"]) if one["type"] != "oracle"][:3 if self.run.facts["two_view"] else 1]
         return [self._names.index(name) for name in named if name in self._names] if named else first
 
     def _numbers(self, condition):
-        """The first examples of a condition; of two views, whose data comes scene by scene, evenly spread ones."""
+        """First examples of a condition; for two views, whose data is ordered by scene, evenly spread ones."""
         own = [number for number, one in enumerate(self.file.json["examples"]) if one["condition"] == condition]
         count = min(self.qualitative, len(own))
         return [own[i * len(own) // count] for i in range(count)] if self.run.facts["two_view"] else own[:count]
@@ -150,20 +151,28 @@ class Fits:
         error = {name: none_if_nan(line.get(name)) for name in ("angle_deg", "rotation_deg", "translation_deg", "error_px", "recall", "misclassified")}
         count = len(self.file.at(number).points)
         fit = {"example": number, "condition": condition, "method": method, "status": line["status"], "model": list(estimates.model(i)),
-               "inliers": estimates.mask(i, count).astype(int).tolist() if line["status"] == "ok" else [], "true_model": facts["true_model"],
+               "inliers": estimates.mask(i, count).astype(int).tolist() if line["status"] == "ok" else [], "true_model": numbers(facts["true_model"]),
                "shown_error": error["misclassified"] if error["misclassified"] is not None else error["error_px" if "threshold_px" in self.run.facts else "angle_deg"],
                "error": {**error, "failed": bool(line["failed"])}, "downwards": self.file.has_image(number)}
         models, labels = estimates.structures(i), estimates.labels(i)
         if len(models) or facts.get("true_models"):
             labels = labels if len(labels) == count else estimates.mask(i, count).astype(int)
             models = list(models) or ([fit["model"]] if line["status"] == "ok" else [])
-            fit["structures"] = {"models": models, "labels": labels, "true_models": facts.get("true_models", [])}
+            fit["structures"] = {"models": models, "labels": labels, "true_models": [numbers(one) for one in facts.get("true_models", [])]}
             if len(facts.get("true_labels", ())) == count:
                 fit["structures"]["true_labels"] = aligned_truth(labels, np.array(facts["true_labels"]))
         yield fit
 
     def example(self, fit):
-        return self.file.at(fit["example"], in_image=not self._two_ends or "timesteps" in fit)
+        example = self.file.at(fit["example"], in_image=not self._two_ends or "timesteps" in fit)
+        if "timesteps" in fit and self.run.facts["two_view"]:
+            example.points = example.points[:, :2]  # Of the first image.
+        return example
+
+
+def numbers(values):
+    """Converts JSON numbers, where null is NaN and "inf" infinity."""
+    return [float("nan" if value is None else value) for value in values]
 
 
 def none_if_nan(value):
@@ -171,14 +180,14 @@ def none_if_nan(value):
 
 
 def evenly_chosen(items, most=4):
-    """At most so many of these, evenly spread, the first and the last among them."""
+    """Selects at most `most` items, evenly spread, including the first and the last."""
     if len(items) <= most:
         return list(items)
     return [items[i * (len(items) - 1) // (most - 1)] for i in range(most)]
 
 
 def aligned_truth(found, truth):
-    """The true labels with the numbers of the found structures that share most points with them; others get numbers of their own."""
+    """Renumbers the true labels by the best-matching found structures. Unmatched ones get new numbers."""
     from scipy.optimize import linear_sum_assignment
 
     common = np.zeros((truth.max(initial=0), found.max(initial=0)))
@@ -194,7 +203,7 @@ def aligned_truth(found, truth):
 
 
 def open_estimates(run):
-    """By the numbers of condition and method the Estimates, and the ExampleFile; {} and None where the run keeps none."""
+    """Returns Estimates by (condition, method), and the ExampleFile or None."""
     if not os.path.exists(run.path("estimates.h5")):
         return {}, None
     file = h5py.File(run.path("estimates.h5"), "r")
@@ -207,7 +216,7 @@ def open_estimates(run):
 
 
 def open_fits(run):
-    """Of several runs the first one's; None without any."""
+    """Returns the fits, with several seeds the first one's; None without examples."""
     run = run.parts[0] if run.parts else run
     return Fits(run, run.examples) if run.examples else None
 

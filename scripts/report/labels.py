@@ -1,5 +1,5 @@
-"""labels/ in a run's folder: of each example of a person's own points a file with all of its points and a column of labels a method
-(docs/points.md). A cloud that came as PLY or HDF5 goes out as a coloured PLY file, others as CSV."""
+"""Writes labels/: one file per input of a user's own points, with all points and one column of labels per method (docs/points.md). Clouds read
+from PLY or HDF5 become coloured PLY files, others CSV."""
 import os
 import re
 
@@ -13,8 +13,8 @@ TEXT_FILES = (".csv", ".txt", ".xyz", ".dat", ".tsv")
 
 
 def labels_of(estimates, i, status, points, limit):
-    """0 for an outlier, 1 for an inlier, or the number of its structure. Points that the method was not given are those of the nearest model within
-    the estimate's inlier threshold; `limit` stands for one that it does not tell."""
+    """Returns 0 for outliers, 1 for inliers, or the number of the structure. Points left out by max_points get the nearest model within the
+    estimate's inlier threshold, or within `limit` if it has none."""
     if status != "ok":
         return np.zeros(len(points), np.int32)
     rows, own, models = estimates.rows(i), estimates.labels(i), estimates.structures(i)
@@ -33,7 +33,7 @@ def labels_of(estimates, i, status, points, limit):
 
 
 def labels_ply(points, methods, shown, used):
-    """Binary, with the colours of the method `shown`."""
+    """Returns a binary PLY file with the colours of the method `shown`."""
     names = ["label_" + re.sub("[^A-Za-z0-9]", "_", name) for name in methods]
     colours = [INLIER] if methods[shown].max(initial=0) <= 1 else [structure_colour(k) for k in range(1, 7)]
     palette = np.array([[int(colour[k:k + 2], 16) for k in (1, 3, 5)] for colour in (OUTLIER, *colours)], np.uint8)
@@ -91,7 +91,7 @@ def _write_example(run, number, folder, names):
 
 
 def write_labels(run):
-    """Those of an earlier run go."""
+    """Writes the files and removes those of an earlier run."""
     folder, names = run.path("labels"), set()
     for name in os.listdir(folder) if os.path.isdir(folder) else ():
         if name.endswith((".csv", ".ply")):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""merge.py SHARD... --output FOLDER: joins the folders of all shards of a run (diffsac_eval --shard i/n), in any order: the numbers are those of a
-run without shards, times excepted. `python3 scripts/report FOLDER` then makes its tables."""
+"""merge.py SHARD... --output FOLDER: joins the folders of all shards of a run (diffsac_eval --shard i/n), in any order. All numbers but times equal
+those of a run without shards. `python3 scripts/report FOLDER` then makes the tables."""
 import argparse
 import io
 import json
@@ -14,40 +14,37 @@ import pandas as pd
 
 import files
 import runs
+from files import BadInput
 
 ENDS = {"structure_values": "structures_end"}  # Of lists without ends of their own.
-
-
-class Bad(Exception):
-    pass
 
 
 def check_alike(first, other):
     both = f"{first['called']} and {other['called']}"
     if first["shard"]["count"] != other["shard"]["count"]:
-        raise Bad(f"{both} are parts of different splits")
+        raise BadInput(f"{both} are parts of different splits")
     for what, keys in (("have different configurations", ("configuration",)), ("were run differently", ("setup",)), ("saw different data", ("dataset", "conditions"))):
         a, b = (runs.flat({key: facts[key] for key in keys}) for facts in (first, other))
         for key in {**a, **b}:
             if a.get(key) != b.get(key) and key != "configuration.threads":
-                raise Bad(f"{both} {what}: {key}: {a.get(key)} and {b.get(key)}")
+                raise BadInput(f"{both} {what}: {key}: {a.get(key)} and {b.get(key)}")
     if first["git_revision"] != other["git_revision"]:
         print(f"merge: {both} were run by different programs, git {first['git_revision']} and {other['git_revision']}", file=sys.stderr)
 
 
 def read_shards(folders):
-    """run.json of each shard by its number, each exactly once."""
+    """Reads run.json of all shards. Each shard must be given exactly once."""
     shards = {}
     for folder in folders:
         facts = runs.read_facts(folder)
         if not facts.get("shard"):
-            raise Bad(f"'{folder}' is no shard: diffsac_eval --shard i/n makes them")
+            raise BadInput(f"'{folder}' is no shard: diffsac_eval --shard i/n makes them")
         number, count = facts["shard"]["index"], facts["shard"]["count"]
         facts.update(folder=folder, called=f"{folder} (shard {number}/{count})")
         if facts["partial"]:
-            raise Bad(f"{facts['called']} was interrupted; run that shard again")
+            raise BadInput(f"{facts['called']} was interrupted; run that shard again")
         if number in shards:
-            raise Bad(f"{shards[number]['folder']} and {folder} are both shard {number}/{count}")
+            raise BadInput(f"{shards[number]['folder']} and {folder} are both shard {number}/{count}")
         shards[number] = facts
     shards = [shards[number] for number in sorted(shards)]
     for other in shards[1:]:
@@ -55,12 +52,12 @@ def read_shards(folders):
     count = shards[0]["shard"]["count"]
     absent = sorted(set(range(1, count + 1)) - {facts["shard"]["index"] for facts in shards})
     if absent:
-        raise Bad(f"shard {absent[0]}/{count} is missing; given are {len(shards)} of {count}")
+        raise BadInput(f"shard {absent[0]}/{count} is missing; given are {len(shards)} of {count}")
     return shards
 
 
 def joined_problems(shards):
-    """The lines of problems.csv as they are, by condition, method and place in the data."""
+    """Joins the lines of problems.csv, unchanged, by condition, method and place in the data."""
     tables = [pd.read_csv(os.path.join(facts["folder"], "problems.csv"), dtype=str, keep_default_na=False) for facts in shards]
     table = pd.concat(tables, ignore_index=True).fillna("")
     facts, order = shards[0], []
@@ -71,21 +68,12 @@ def joined_problems(shards):
             expected = condition["problems"] if not method["conditions"] or condition["name"] in method["conditions"] else 0
             expected = min(expected, method["max_problems"] or expected)
             if own["index"].astype(int).tolist() != list(range(expected)):
-                raise Bad(f"method '{method['name']}', condition '{condition['name']}': the shards' records are not the {expected} problems, each once")
+                raise BadInput(f"method '{method['name']}', condition '{condition['name']}': the shards' records are not the {expected} problems, each once")
             order.append(own)
     return pd.concat(order)
 
 
 # --- estimates.h5 ---
-
-
-def records_of(group):
-    """The columns of one method on one condition as a dictionary a record."""
-    columns = {name: data[()] for name, data in group.items()}
-    lists = {name: columns[ends] for name in columns if (ends := ENDS.get(name, name + "_end")) in columns}
-    for i in range(len(columns["index"])):
-        yield {name: values[lists[name][i - 1] if i else 0:lists[name][i]] if name in lists else values[i]
-               for name, values in columns.items() if not name.endswith("_end")}
 
 
 def copy_attributes(source, target):
@@ -99,31 +87,35 @@ def put(group, name, values, dtype):
 
 
 def join_group(sources, target):
+    """Joins the columns of one method on one condition in the order of the data. Shards may lack optional columns."""
     copy_attributes(sources[0], target)
-    records = sorted((record for source in sources for record in records_of(source)), key=lambda record: record["index"])
-    models = {}  # A dataset of each name: some shards may lack one.
-    for source in sources:
-        for name, data in source.items():
-            models.setdefault(name, data)
-    for name, model in models.items():
-        if name.endswith("_end"):
-            column = next((one for one in (name.removesuffix("_end"), "structures") if one in models))
-            put(target, name, np.cumsum([len(record.get(column, ())) for record in records]).astype(np.int64), model.dtype)
-        elif ENDS.get(name, name + "_end") in models:
-            empty = np.zeros((0, *model.shape[1:]), model.dtype)
-            put(target, name, np.concatenate([record.get(name, empty) for record in records]), model.dtype)
+    order = np.argsort(np.concatenate([source["index"][()] for source in sources]), kind="stable")
+    columns = {name: data for source in sources for name, data in source.items()}
+    for name, model in ((name, data) for name, data in columns.items() if not name.endswith("_end")):
+        ends, values = ENDS.get(name, name + "_end"), []
+        is_list = ends in columns
+        nothing = np.zeros((0, *model.shape[1:]), model.dtype) if is_list else np.zeros(0) if model.ndim == 2 else np.zeros((), model.dtype)[()]
+        for source in sources:
+            if name not in source:
+                values += [nothing] * len(source["index"])
+            else:
+                values += np.split(source[name][()], source[ends][:-1]) if is_list else list(source[name][()])
+        values = [values[i] for i in order]
+        if is_list:
+            put(target, name, np.concatenate(values), model.dtype)
+            if ends not in target:
+                put(target, ends, np.cumsum([len(one) for one in values]).astype(np.int64), np.int64)
         elif model.ndim == 2:
-            width = max(source[name].shape[1] for source in sources if name in source)
-            rows = np.full((len(records), width), np.nan)
-            for row, record in zip(rows, records):
-                row[:len(record.get(name, ()))] = record.get(name, ())
+            rows = np.full((len(values), max(len(one) for one in values)), np.nan)
+            for row, one in zip(rows, values):
+                row[:len(one)] = one
             put(target, name, rows, model.dtype)
         else:
-            put(target, name, np.array([record.get(name, np.zeros((), model.dtype)[()]) for record in records], model.dtype), model.dtype)
+            put(target, name, np.array(values, model.dtype), model.dtype)
 
 
 def join_examples(sources, target):
-    """Their points with new numbers, in the order of conditions and data."""
+    """Joins examples in the order of conditions and data, with new numbers."""
     contents = [json.loads(source["json"][()].tobytes()) for source in sources]
     places = sorted((one["condition"], one["index"], s, i) for s, content in enumerate(contents) for i, one in enumerate(content["examples"]))
     number = {place[2:]: n for n, place in enumerate(places)}
@@ -138,7 +130,7 @@ def join_examples(sources, target):
 
 
 def join_estimates(folders, path):
-    """Nothing where the run keeps none."""
+    """Joins estimates.h5, if the run has one."""
     sources = [h5py.File(os.path.join(folder, "estimates.h5"), "r") for folder in folders if os.path.exists(os.path.join(folder, "estimates.h5"))]
     if not sources:
         return files.remove(path)
@@ -185,10 +177,7 @@ def main():
     parser.add_argument("shards", nargs="+", metavar="SHARD")
     parser.add_argument("--output", required=True, help="the whole run's folder")
     arguments = parser.parse_args()
-    try:
-        merge(arguments.shards, arguments.output)
-    except (Bad, OSError, KeyError, ValueError) as error:
-        sys.exit(f"merge: {error}")
+    merge(arguments.shards, arguments.output)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,8 @@
-"""The tables of a run's metrics: accuracy with costs, errors, poses, areas, structures, scenes, a row a method; of a person's own points the
-models. told_tables.py has the others."""
+"""Tables of metrics, one row per method: accuracy with costs, errors, poses, areas, structures, scenes. For a user's own points the table of
+models. told_tables.py makes the other tables."""
 import dataclasses
 import math
 
-import numpy as np
 
 from metrics import SETS, Tolerance
 from tables import UNKNOWN, Row, Table
@@ -52,7 +51,7 @@ class MetricTables:
         return any(metric in cell["metrics"]["mean"] for cell in self.results["results"])
 
     def over_conditions(self, column, unit=""):
-        """The column for each condition, under the condition's label ("0.5", or "0.5: unit")."""
+        """Repeats the column for each condition, with the condition's label as heading ("0.5", or "0.5: unit")."""
         return [dataclasses.replace(column, condition=c, heading=one["label"] + (f": {unit}" if unit else "")) for c, one in enumerate(self.conditions)]
 
     def _costs(self, method):
@@ -64,33 +63,30 @@ class MetricTables:
         return draws + costs + ([several] if self.counts_differ else [])
 
     def _range(self, column, method):
-        """The 95 % interval of a cell's accuracy or of its sets, which are means over scenes."""
+        """Returns the text of the 95 % interval, which exists for accuracy and sets as means over scenes."""
         of_interval = column.scene == "mean" and column.metric in (self.results["accuracy"]["metric"], SETS)
         interval = self.run.cells.get((column.condition, method), {}).get(column.metric + "_ci95") if of_interval else None
         return range_text(interval, column.digits)
 
     def table(self, heading, columns, costs=False, inside=False, best=True):
-        """The rows of methods that ran, then the paper's. The best value of a column, of those that compete, is marked where its rows share their
-        problems; values that print the same are equally good. `inside`: intervals stand behind their values."""
+        """Makes a table: methods that ran, then the paper's rows. The best competing value of a column is bold if its methods share their problems.
+        `inside` prints intervals in the cells."""
         titles = (["draws"] if self.structures else []) + ["hypotheses", "ms"] + (["n"] if self.counts_differ else []) if costs else []
         table, competing = Table(heading, ["method"] + [column.heading for column in columns] + titles), []
         for m, method in enumerate(self.results["methods"]):
             if not any(key[1] == m for key in self.run.cells):
                 continue
             values = [self.run.metric(column.condition, m, column.metric, column.scene) for column in columns]
-            values = [value * column.scale if known(value) else math.nan for value, column in zip(values, columns)]
+            values = [value * column.scale if known(value) else None for value, column in zip(values, columns)]
             ranges = [self._range(column, m) for column in columns]
             cells = [fixed(value, column.digits) + (f" {one}" if inside and one else "") for value, column, one in zip(values, columns, ranges)]
             cells = [method["label"]] + cells + (self._costs(method) if costs else [])
             intervals = [""] + (["" for _ in ranges] if inside else ranges)
             table.rows.append(Row(cells, [False] * len(cells), intervals + [""] * (len(cells) - len(intervals))))
-            competing.append(values if method["competes"] else [math.nan] * len(values))
+            competing.append(values if method["competes"] else [None] * len(values))
         for i, column in enumerate(columns):
-            values = [row[i] for row in competing if not math.isnan(row[i])]
-            if best and values and self.conditions[column.condition]["rows_share_problems"]:
-                text = fixed((max if column.higher else min)(values), column.digits)
-                for row, own in zip(table.rows, competing):
-                    row.best[i + 1] = not math.isnan(own[i]) and fixed(own[i], column.digits) == text
+            if best and self.conditions[column.condition]["rows_share_problems"]:
+                table.mark_best(i + 1, [row[i] for row in competing], column.higher)
         table.rows += self._paper_rows(columns, len(table.columns))
         return table
 
@@ -103,13 +99,13 @@ class MetricTables:
                 yield Row(cells + [""] * (width - len(cells)), [False] * width, [], True)
 
     def together(self, heading, apart, columns):
-        """One table of several metrics; with many conditions, which would make it too wide, one for each."""
+        """Makes one table of several metrics, or one per metric if there are many conditions."""
         if len(self.conditions) <= TOGETHER:
             return [self.table(heading, [one for column in columns for one in self.over_conditions(column, column.heading)])]
         return [self.table(f"{apart}, {column.heading}", self.over_conditions(column)) for column in columns]
 
     def main_tables(self):
-        """Accuracy and error, or, without ground truth, inliers; of several seeds the deviation of the first one's numbers."""
+        """Accuracy and error, or inliers without ground truth. With several seeds also the deviation of the first table."""
         if not self.truth:
             return [self.table("median number of inliers (no ground truth)", self.over_conditions(Column("", "inliers", 0)), True)]
         kinds = self._structure_kinds() if self.structures else self._accuracy_kinds()
@@ -130,7 +126,7 @@ class MetricTables:
                          Column("", "median_px" if pixels else "median_deg", higher=False, paper="median"), True)]
 
     def _structure_kinds(self):
-        """Misclassification over all problems, as the papers do (AdelaideRMF's scenes are single pairs), recall, what the minimal sets hold."""
+        """Misclassification over all problems (as in papers: AdelaideRMF's scenes are single pairs), recall, quality of minimal sets."""
         every = "all_pairs" if self.scenes > 1 else "mean"
         kinds = [(f"misclassification error in %, {name}, lower is better", Column("", metric, 2, False, metric, every), name == "mean")
                  for name, metric in (("mean", "misclassification"), ("median", "misclassification_median"))]
@@ -147,7 +143,7 @@ class MetricTables:
         return kinds
 
     def pose_tables(self):
-        """Two views: the pose that a person is given, beside the model's where there is room; rotation and translation; areas and failures."""
+        """Two views: returned pose (beside the model's if there is room), rotation, translation, AUC and failures."""
         name, tables, poses = self.c.named("mAA"), [], self.results["poses"]
         if self._named(given := self.c.of_pose().named("mAA_pose")):
             beside = not self.c.pixels and len(self.conditions) <= TOGETHER
@@ -184,7 +180,7 @@ def tables_of(run):
 
 
 def paper_text(value):
-    """With the paper's digits: two, or three where it gives three."""
+    """Formats a value with the paper's two or three digits."""
     if value is None:
         return UNKNOWN
     return fixed(value, 2 if abs(100 * value - round(100 * value)) < 1e-6 else 3)
@@ -194,12 +190,12 @@ def paper_text(value):
 
 
 def _digits_for(change, least):
-    """So many that what is rounded off is no more than a twentieth of a change; 16 where nothing is known of it."""
+    """Digits behind the point that keep the rounding error below a twentieth of `change`."""
     return int(min(16, max(least, math.ceil(1 - math.log10(change))))) if change > 0 else 16
 
 
 def _model_rows(one, points_of, method, several, dimension):
-    """`one`: a line of problems.csv with its models and how many points each has."""
+    """Yields the cells of each model. `one` is a line of problems.csv with its models and their inlier counts."""
     change = one["sigma"] if one["sigma"] == one["sigma"] else 0.1 * one["threshold"] if one["threshold"] > 0 else None
     farthest = one["largest_coordinate"] * math.sqrt(dimension)
     digits, behind = (_digits_for(change / farthest, 6), _digits_for(change, 0)) if change is not None else (6, 0)
@@ -215,7 +211,7 @@ def _model_rows(one, points_of, method, several, dimension):
 
 
 def model_table(run):
-    """Normal, offset, inliers and noise, in the unit of the points; None for other data, and where no estimates are kept."""
+    """Normal, offset, inliers and noise of each model; None for other data, or without estimates."""
     task, configured, facts = run.facts["task"], run.facts["configuration"]["conditions"], run.facts
     own = [c for c, one in enumerate(configured) if one["data"].get("type") == "point_sets"]
     if task not in ("line", "plane") or not own or not configured or not run.estimates:

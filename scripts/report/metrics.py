@@ -1,5 +1,5 @@
-"""Metrics of problems (docs/metrics.md), of many groups of problems at once. Sums are added in the order of problems.csv, so that digits that
-lie between two texts are always printed alike."""
+"""Metrics of groups of problems (docs/metrics.md). Sums follow the order of problems.csv, so that values halfway between two printed digits
+always round alike."""
 import math
 
 import numpy as np
@@ -11,7 +11,7 @@ SETS = "one_structure_sets"  # The share of minimal sets that are of one true st
 
 
 class Tolerance:
-    """The c of mAA@c with its unit."""
+    """Threshold c of mAA@c and its unit."""
 
     def __init__(self, value, pixels=False):
         self.value, self.pixels = value, pixels
@@ -28,7 +28,7 @@ class Tolerance:
         return Tolerance(10.0) if self.pixels else self
 
     def shares(self, errors):
-        """Of each error the share of ten bars that it is not above; 0 of an unknown one."""
+        """Returns each error's share of the ten thresholds that it does not exceed; 0 for NaN."""
         return (errors[:, None] <= self.bars).sum(axis=1) / 10
 
     def accuracies(self, errors):
@@ -36,19 +36,19 @@ class Tolerance:
 
 
 def accuracy_of(problems, tolerance):
-    """What tables, intervals and differences take for a problem's accuracy: the recall where there are several structures, else mAA's share."""
+    """Returns each problem's accuracy for tables, intervals and differences: the recall with several structures, else its share in mAA."""
     accuracy = tolerance.accuracies(tolerance.main_error(problems))
     recall = column(problems, "recall")
     return np.where(np.isnan(recall), accuracy, recall)
 
 
 def column(problems, name):
-    """NaN where the file has none."""
+    """Returns a column of numbers, NaN if the file lacks it."""
     return problems[name].to_numpy(float) if name in problems else np.full(len(problems), np.nan)
 
 
 class Groups:
-    """Statistics of the values of groups: `codes` has the group of each value."""
+    """Statistics per group. `codes` holds the group of each value."""
 
     def __init__(self, codes, count):
         self.codes, self.count = np.asarray(codes), count
@@ -60,7 +60,7 @@ class Groups:
         return np.bincount(self.codes[listed], values[listed], self.count)
 
     def means(self, values, listed=None):
-        """Of the known values, or of all that are listed."""
+        """Means of the known values, or of the values selected by `listed`."""
         listed = ~np.isnan(values) if listed is None else listed
         with np.errstate(invalid="ignore"):
             return self.sums(values, listed) / self.sizes(listed)
@@ -69,7 +69,7 @@ class Groups:
         return pd.Series(values).groupby(self.codes).median().reindex(range(self.count)).to_numpy()
 
     def areas(self, errors, listed, limit):
-        """Exact AUC: the area under the recall over the sorted errors, trapezoids from (0, 0), cut at the limit (Sarlin et al., CVPR 2020)."""
+        """Exact AUC: area under the recall curve of the sorted errors, trapezoids from (0, 0), clipped at `limit` (Sarlin et al., CVPR 2020)."""
         below = np.flatnonzero(listed & (errors < limit))
         below = below[np.lexsort((errors[below], self.codes[below]))]
         group, error, total = self.codes[below], errors[below], self.sizes(listed).astype(float)
@@ -84,8 +84,8 @@ class Groups:
 
 
 def recall_area(errors, limit):
-    """recall_AUC as CONSAC's program computes it for vanishing points (Kluger et al., CVPR 2020): from the smallest error on, and up to the limit
-    with the recall there between those of the errors beside it, weighted by these errors."""
+    """recall_AUC as CONSAC's program computes it for vanishing points (Kluger et al., CVPR 2020): starts at the smallest error, and interpolates
+    the recall at the limit from its two neighbours, weighted by their errors."""
     if len(errors) == 0:
         return math.nan
     errors = np.sort(errors)
@@ -101,7 +101,7 @@ def recall_area(errors, limit):
 
 
 def _angles(problems):
-    """The structures' angles of each problem; None where none are known."""
+    """Returns the structures' angles of each problem, or None if no problem has any."""
     texts = problems["structure_angles_deg"] if "structure_angles_deg" in problems else ()
     return [np.array(text.split(), float) for text in texts] if any(texts) else None
 
@@ -111,7 +111,7 @@ JUDGED = {"poses": "median_R_deg", "focal": "median_focal_percent", "given": "mA
 
 
 def metrics_by(problems, groups, c):
-    """(kind, name, value of each group) of every metric, in the order of the files."""
+    """Yields (kind, name, values by group) of every metric, in the order of the output files."""
     errors, every = c.main_error(problems), np.ones(len(problems), bool)
     judged = ~np.isnan(errors)
     failed, chance = problems["failed"].to_numpy(float), column(problems, "log10_nfa") > 0
@@ -161,8 +161,8 @@ def metrics_by(problems, groups, c):
 
 
 def cell_metrics(problems, c):
-    """Of each cell (`cell`: 0, 1, ... without gaps): scene -> metric -> value: the scenes', `mean`, the unweighted mean over them (counts are
-    summed), and with several scenes those of all problems together, `all_pairs`."""
+    """Returns scene -> metric -> value for each cell (column `cell`: 0, 1, ... without gaps). `mean` is the unweighted mean over scenes, with
+    counts summed. `all_pairs` pools all problems; it exists with several scenes only."""
     problems, cells = problems.reset_index(drop=True), int(problems["cell"].max()) + 1
     scene, names = pd.factorize(problems["scene"])
     codes, places = pd.factorize(problems["cell"].to_numpy() * len(names) + scene)
@@ -188,7 +188,7 @@ def cell_metrics(problems, c):
 
 
 def add_deviations(metrics, problems, c):
-    """Of several runs (seeds) the sample's standard deviations over these, as scenes mean_seed_deviation and all_pairs_seed_deviation."""
+    """Adds the sample standard deviations over seeds as scenes mean_seed_deviation and all_pairs_seed_deviation."""
     runs = problems.groupby(["cell", "run"], sort=True)
     of_runs = cell_metrics(problems.assign(cell=runs.ngroup()), c)
     cell_of = [cell for cell, _ in runs.groups]

@@ -11,6 +11,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 import files  # noqa: E402
+import reliability  # noqa: E402
 from examples import evenly_chosen  # noqa: E402
 
 DPI = 100  # Sizes below are in pixels.
@@ -239,24 +240,19 @@ def draw_strata(run, strata):
 
 
 def draw_reliability(run):
-    """What probabilities say against how often it is so (reliability.csv): a panel for each of up to four conditions."""
-    import pandas
-
-    if not os.path.exists(run.path("reliability.csv")):
-        return False
-    table = pandas.read_csv(run.path("reliability.csv"), dtype={"method": str, "condition": str, "scene": str})
-    table = table[(table["scene"] == "mean") & table["low"].notna()]
-    if "predicted" not in table or table.empty:
-        return False
+    """What probabilities say against how often it is so: a panel for each of up to four conditions."""
+    table = [row for row in reliability.table_of(run) if row[2] == "mean"]
     names = [one["name"] for one in run.results["conditions"]]
-    conditions = evenly_chosen([c for c, name in enumerate(names) if (table["condition"] == name).any()])
+    conditions = evenly_chosen([c for c, name in enumerate(names) if any(row[1] == name for row in table)])
+    if not conditions:
+        return False
     figure, (row,) = _figure(60 + 460 * len(conditions), 600, 1, len(conditions), layout="constrained")
     for axes, condition in zip(row, conditions):
         axes.plot([0, 1], [0, 1], color="#999999", linestyle="--", linewidth=1)
-        of_condition = table[table["condition"] == names[condition]]
-        for number, method in enumerate(of_condition["method"].unique()):
-            curve = of_condition[of_condition["method"] == method]
-            axes.plot(curve["predicted"], curve["inliers"], marker="o", markersize=3.5, color=SERIES[number % len(SERIES)], label=method)
+        of_condition = [row for row in table if row[1] == names[condition]]
+        for number, method in enumerate(dict.fromkeys(row[0] for row in of_condition)):
+            curve = np.array([row[-2:] for row in of_condition if row[0] == method], float)
+            axes.plot(*curve.T, marker="o", markersize=3.5, color=SERIES[number % len(SERIES)], label=method)
         axes.set(xlim=(0, 1), ylim=(0, 1), aspect="equal", xlabel="probability", ylabel="share of true inliers, mean over scenes")
         axes.set_title(run.condition_title(condition))
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), fontsize=8)

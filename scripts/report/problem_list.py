@@ -35,7 +35,7 @@ def largest_smallest_and_spread(errors, most):
 
 
 def details(estimates, i, task):
-    """What a line opens beside the numbers of the list; None where nothing is known."""
+    """Returns model, noise and pose that a line of the list opens; None without any."""
     model, pose, noise = estimates.model(i), estimates.value("pose", i), float(estimates.value("sigma", i))
     if not len(model) and not np.isfinite(noise):
         return None

@@ -1,4 +1,4 @@
-"""How often a point is an inlier, by the probability that a network or the matching ratio said: reliability.csv, of the sums in run.json."""
+"""Reliability curves: share of inliers by predicted probability, from the sums in run.json."""
 import math
 
 import numpy as np
@@ -8,8 +8,8 @@ RATIO = "by the matching ratio"  # The label of these curves, which stand beside
 
 
 def curves_of(run):
-    """(label, condition, scene -> points, sum of probabilities, inliers of each bin): each once, as rows of the same network say the same, and the
-    ratio's once a condition, last of it."""
+    """Returns (label, condition, scene -> bins x (points, sum of probabilities, inliers)). Methods with the same network appear once, the matching
+    ratio once per condition, last."""
     distinct = []
     for curve in sorted(run.facts["reliability"], key=lambda curve: (curve["condition"], curve["label"] == RATIO)):
         scenes = {}
@@ -27,13 +27,13 @@ def same(scenes, others):
 
 
 def calibration_error(bins):
-    """|share of inliers − mean probability| of the bins, weighed by their points (Naeini, Cooper, Hauskrecht, AAAI 2015)."""
+    """Expected calibration error: |share of inliers - mean probability|, weighted by points (Naeini, Cooper, Hauskrecht, AAAI 2015)."""
     points = bins[:, 0].sum()
     return np.abs(bins[:, 2] - bins[:, 1]).sum() / points if points else math.nan
 
 
 def table_of(run):
-    """Rows of reliability.csv: a scene's bins, their unweighted mean over the scenes with points there, the error of a curve."""
+    """Rows of reliability.csv: bins of each scene, their unweighted mean over scenes, calibration error of each curve."""
     rows = []
     for label, condition, scenes in curves_of(run):
         names = [label, run.facts["conditions"][condition]["name"]]

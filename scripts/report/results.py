@@ -1,4 +1,5 @@
-"""What a run says: metrics, intervals, differences, effects, strata, from its problems (docs/metrics.md). results.json is its text."""
+"""Metrics, intervals, differences, effects and strata of a run (docs/metrics.md), as results.json holds them."""
+import difflib
 import fnmatch
 import itertools
 import math
@@ -7,11 +8,14 @@ import sys
 import numpy as np
 import pandas as pd
 
-from bootstrap import UNKNOWN, interval
+from bootstrap import interval
+from files import BadInput
 from metrics import MEDIANS, SETS, Tolerance, accuracy_of, add_deviations, cell_metrics, column
 
 QUANTITIES = {"inlier_share": "share of true inliers", "points": "number of points", "true_rotation_deg": "true rotation in degrees",
               "true_baseline": "true baseline", "true_parallax_deg": "true parallax in degrees", "scene": "scene"}
+KEYS = {"title", "notes", "condition_label", "reference", "compare", "strata", "paper", "scene_groups", "series", "factors", "figures"}
+FIGURES = {"curve", "qualitative", "qualitative_method", "qualitative_methods", "qualitative_conditions", "confidence_condition", "bars", "images"}
 LEAST_OF_INTERVAL = 5  # Of fewer problems in a bin no interval is told: redrawing them says nothing of those that are not there.
 
 
@@ -19,8 +23,15 @@ def as_list(value):
     return value if isinstance(value, list) else [value]
 
 
+def check_keys(given, known, where):
+    """Rejects misspelt keys of the block `report`, which C++ copies without parsing."""
+    for key in given:
+        if key not in known:
+            raise BadInput(f"{where}: unknown key '{key}'; did you mean '{difflib.get_close_matches(key, known, 1, 0)[0]}'?")
+
+
 class Grid:
-    """The problems of a condition, a row each, in the order of the data, and its methods, a column each."""
+    """One condition: problems as rows, in the order of the data, and methods as columns."""
 
     def __init__(self, problems, methods, seed):
         self.problems, self.methods, self.seed, self._values = problems, methods, seed, {}
@@ -34,32 +45,32 @@ class Grid:
         return np.bincount(self._cells[known], minlength=len(self.index) * self.methods).reshape(-1, self.methods)
 
     def of(self, values):
-        """Of each problem and method, NaN where it is unknown; a problem that was estimated with several seeds has their mean."""
+        """Returns problems x methods, NaN where unknown. Several seeds of a problem are averaged."""
         known = ~np.isnan(values)
         with np.errstate(invalid="ignore"):
             sums = np.bincount(self._cells[known], values[known], len(self.index) * self.methods)
             return sums.reshape(-1, self.methods) / self._counts(known)
 
     def value(self, name):
-        """`of` a column of the problems."""
+        """Returns `of` a column of the problems, cached."""
         if name not in self._values:
             self._values[name] = self.of(column(self.problems, name))
         return self._values[name]
 
     def within(self, chosen):
-        """These problems alone. All count as one scene: one that has a single problem in a bin would otherwise weigh as much as one with
-        forty, and never be redrawn."""
+        """Restricts the grid to some problems, as a single scene. Otherwise a scene with one problem in a bin would weigh as much as one with
+        forty, and would never be resampled."""
         own = np.isin(self.problems["index"].to_numpy(), self.index[chosen])
         return Grid(self.problems[own].assign(scene="all"), self.methods, self.seed)
 
     def interval(self, values):
-        """Of one value a problem; `UNKNOWN` without any."""
+        """Returns mean and interval of one value per problem."""
         known = ~np.isnan(values)
         scene = pd.factorize(self.scene[known])[0]
         return interval(values[known][np.argsort(scene, kind="stable")], np.bincount(scene), self.seed)
 
     def difference(self, values, a, b):
-        """Column a minus column b on the problems of which both know it; None where there are none."""
+        """Returns column a minus column b over problems with both values, None without any."""
         change = values[:, a] - values[:, b]
         return None if a == b or np.isnan(change).all() else self.interval(change)
 
@@ -71,7 +82,7 @@ class Grid:
 
 
 def level_effect(grid, rows, values):
-    """The mean over pairs of rows (one of a level, and the first level's, or None) of their difference, or of the value; None where nothing is known."""
+    """Mean over pairs (column, column of the first level or None) of the difference, or of the value; None without values."""
     of_rows = [values[:, own] - (0 if other is None else values[:, other]) for own, other in rows]
     counts = sum(~np.isnan(one) for one in of_rows) if rows else np.zeros(0)
     with np.errstate(invalid="ignore"):
@@ -79,8 +90,8 @@ def level_effect(grid, rows, values):
 
 
 def effects_of(grids, names, factors):
-    """What each level of each factor does, by condition: how many combinations of the other factors' levels both it and the first level have, and over
-    them its accuracy minus the first level's, its milliseconds over the first level's. Of the first level its own means."""
+    """Effects of each level of each factor, by condition, over the combinations of other factors that the level and the first level share:
+    accuracy minus the first level's, and milliseconds divided by the first level's. The first level has its own means."""
     effects = []
     for f, (factor, levels) in enumerate(factors.items()):
         effects.append({"factor": factor, "levels": [{"level": level, "accuracy": [], "milliseconds": [], "combinations": []} for level in levels]})
@@ -99,7 +110,7 @@ def effects_of(grids, names, factors):
 
 
 def bins_of(division, problems):
-    """Name (in results.csv) and label of each bin, and the function that says which a problem is in; those without one are in none."""
+    """Returns (name in results.csv, label) of each bin, and a function from problems to bin numbers, -1 for unknown quantities."""
     by = division.get("by", "inlier_share")
     if by == "scene":
         scenes = list(dict.fromkeys(problems["scene"]))
@@ -121,7 +132,7 @@ def told(interval, few):
 
 
 class Results:
-    """Makes the dictionary `json` of a run (runs.Run), as results.json has it. Unknown numbers are None."""
+    """Computes `json`, the content of results.json, from a runs.Run. Unknown numbers are None."""
 
     def __init__(self, run):
         self.run, facts = run, run.facts
@@ -137,7 +148,15 @@ class Results:
         self.accuracy = "recall" if self.structures else self.c.named("mAA")
         self.grids = [Grid(self.problems[self.problems["c"] == c], len(self.names), self.seed) for c in range(len(self.conditions))]
         self.factors = {name: [str(level) for level in levels] for name, levels in run.told("factors", {}).items()}
-        self.absent = {}
+        self.absent, where = {}, run.path("config.yaml: report")
+        check_keys(facts["configuration"].get("report") or {}, KEYS, where)
+        check_keys(run.told("figures", {}), FIGURES, where + ".figures")
+        self.strata = [run.told("strata")] if isinstance(run.told("strata"), dict) else run.told("strata", [])
+        for one in self.strata:
+            check_keys(one, {"by", "bins", "rows"}, where + ".strata")
+            edges = [float(edge) for edge in one.get("bins", [])]
+            if one.get("by", "inlier_share") not in QUANTITIES or edges != sorted(set(edges)) or (one.get("by") != "scene" and not edges):
+                raise BadInput(f"{where}.strata: expected `by`, one of {', '.join(QUANTITIES)}, and `bins`, ascending edges")
         self.compare = self._known_pairs()
         self.reference = self._reference()
         self.json = _clean(self._json())
@@ -145,7 +164,7 @@ class Results:
             print(f"{run.folder}: `report` names rows that this run has not: {', '.join(self.absent)}", file=sys.stderr)
 
     def _known(self, names):
-        """Those that the run has: of others a person reads once, as a name may be misspelt, or its row left out."""
+        """Keeps names of methods that the run has. Others are reported once: they are misspelt, or the method was left out."""
         self.absent.update(dict.fromkeys(name for name in names if name not in self.names))
         return [name for name in names if name in self.names]
 
@@ -156,13 +175,13 @@ class Results:
         return [pair for pair in pairs if len(self._known(pair)) == 2]
 
     def _reference(self):
-        """The row that differences are taken from: the named one, or the first of type diffsac."""
+        """Index of the reference method: the named one, or the first of type diffsac."""
         named = self.run.told("reference", "")
         found = [m for m, one in enumerate(self.run.facts["methods"]) if (one["name"] == named if named else one["type"] == "diffsac")]
         return found[0] if found else None
 
     def _differences(self, grids, name):
-        """Of each comparison, each condition's."""
+        """Differences by comparison, then by condition."""
         return [[grid.difference(grid.value(name), self.names.index(a), self.names.index(b)) for grid in grids] for a, b in self.compare]
 
     def _cell(self, c, m, metrics, bars):
@@ -179,7 +198,7 @@ class Results:
         return cell
 
     def _angle(self, c, m, part):
-        """Of one angle of the poses alone."""
+        """Accuracy of rotation or translation alone."""
         grid = self.grids[c]
         return grid.interval(grid.of(self.c.accuracies(column(grid.problems, part + "_deg")))[:, m])
 
@@ -202,7 +221,7 @@ class Results:
         return {"by": by, "title": QUANTITIES[by], "rows": rows, "bins": bins, "unknown": unknown}
 
     def _paper(self):
-        """Label -> condition -> the values that the paper reports, by the names of configurations."""
+        """Returns label -> condition -> the paper's values, by their keys in configurations."""
         def values(given):
             named = given if isinstance(given, dict) else dict(zip(("mAA", "median"), as_list(given)))
             return {key: float(value) for key, value in named.items()}
@@ -211,7 +230,7 @@ class Results:
                 for label, row in self.run.told("paper", {}).items()}
 
     def _beside_paper(self, cells):
-        """Ours with its interval beside each value of the paper's rows that name one of ours."""
+        """Pairs each value of the paper with our method that the row names, and its interval."""
         rows, known = [], {(self.conditions.index(cell["condition"]), cell["method"]): cell for cell in cells}
         for label, values in {} if self.structures else self.paper.items():
             ours = self.run.told("paper", {})[label].get("ours", "")
@@ -233,8 +252,8 @@ class Results:
                 "images": [{"scenes": "*", **one} for one in figures.get("images", [])]}
 
     def _methods(self):
-        """With medians over all problems of all conditions."""
-        medians = self.problems.groupby("m")[[name for name in (*MEDIANS, "draws") if name in self.problems]].median().to_dict("index")
+        """Methods with their medians over all problems of all conditions."""
+        medians = self.problems.groupby("m")[[name for name in (*MEDIANS, "draws") if name in self.problems]].median(numeric_only=True).to_dict("index")
         return [{**{key: one[key] for key in ("name", "label", "type")}, "competes": one["type"] != "oracle", "medians": medians.get(m, {})}
                 for m, one in enumerate(self.run.facts["methods"])]
 
@@ -258,7 +277,6 @@ class Results:
         differences = [{"a": a, "b": b, "condition": self.conditions[c], "metric": metric, **one}
                        for metric, name in ((self.accuracy, "accuracy"), (SETS, "sets"))
                        for (a, b), row in zip(self.compare, self._differences(self.grids, name)) for c, one in enumerate(row) if one]
-        strata = self.run.told("strata", [])
         self.paper = self._paper()
         kept = ("experiment", "task", "dataset", "seed", "seeds", "threshold_px" if self.c.pixels else "threshold_deg", "partial",
                 "left_out", "git_revision", "machine", "learned", "facts")
@@ -271,7 +289,7 @@ class Results:
             "conditions": [{"name": one["name"], "label": one["label"], "value": one["value"], "rows_share_problems": grid.share_problems(competing)}
                            for one, grid in zip(facts["conditions"], self.grids)],
             "methods": self._methods(), "figures": figures,
-            "strata": [self._strata(one, places) for one in ([strata] if isinstance(strata, dict) else strata)],
+            "strata": [self._strata(one, places) for one in self.strata],
             "effects": effects_of(self.grids, self.names, self.factors),
             "results": cells, "differences": differences, "compare": [list(pair) for pair in self.compare], "paper": self.paper,
             "paper_of_same_data": [label for label, row in self.run.told("paper", {}).items() if row.get("same_data")],
@@ -279,7 +297,7 @@ class Results:
 
 
 def _clean(value):
-    """Plain values; NaN is None."""
+    """Converts NumPy values to plain ones, and NaN to None."""
     if isinstance(value, dict):
         return {key: _clean(one) for key, one in value.items()}
     if isinstance(value, (list, tuple)):

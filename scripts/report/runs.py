@@ -1,4 +1,4 @@
-"""A run's folder: what run.json, problems.csv and estimates.h5 say."""
+"""Reads a run's folder: run.json, problems.csv and estimates.h5."""
 import fnmatch
 import functools
 import hashlib
@@ -9,25 +9,28 @@ import pandas as pd
 
 import examples
 import results
+from files import BadInput
 import told_tables
 
 TEXTS = ("id", "scene", "condition", "method", "status", "model", "degeneracy", "structure_angles_deg")
 
 
-class NoRun(ValueError):
-    """Names the folder and what it lacks."""
-
-
 def read_facts(folder):
     path = os.path.join(folder, "run.json")
     if not os.path.exists(path):
-        raise NoRun(f"'{folder}' holds no whole run of diffsac_eval: no run.json")
-    with open(path, encoding="utf-8") as file:
-        return json.load(file)
+        raise BadInput(f"'{folder}' holds no whole run of diffsac_eval: no run.json")
+    try:
+        with open(path, encoding="utf-8") as file:
+            facts = json.load(file)
+        if not facts["format"].startswith("diffsac run"):
+            raise ValueError(f"another format, {facts['format']}")
+        return facts
+    except (TypeError, KeyError, ValueError) as error:
+        raise BadInput(f"{path}: not as diffsac_eval wrote it: {error}") from None
 
 
 def read_problems(folder, facts):
-    """problems.csv with the numbers of conditions and methods (c, m); names stay texts, whatever they look like."""
+    """Reads problems.csv and adds the numbers of condition and method (c, m). Names stay texts, whatever they look like."""
     path = os.path.join(folder, "problems.csv")
     try:
         problems = pd.read_csv(path, converters={name: str for name in TEXTS}, float_precision="round_trip")
@@ -36,14 +39,14 @@ def read_problems(folder, facts):
             problems[number] = problems[names].map(places)
             if problems[number].isna().any():
                 line = int(problems[number].isna().to_numpy().argmax()) + 2
-                raise NoRun(f"{path}:{line}: run.json has no {names} '{problems[names].iloc[line - 2]}'")
+                raise BadInput(f"{path}:{line}: run.json has no {names} '{problems[names].iloc[line - 2]}'")
         return problems
-    except (OSError, KeyError, ValueError) as error:
-        raise error if isinstance(error, NoRun) else NoRun(f"{path}: {error}") from None
+    except (KeyError, ValueError) as error:
+        raise BadInput(f"{path}: {error}") from None
 
 
 def flat(value, path=""):
-    """key.path -> value; maps of a list are told apart by their name, or by their place."""
+    """Returns key.path -> value. Maps in a list are identified by their name, or by their place."""
     if isinstance(value, dict):
         return {key: one for k, v in value.items() for key, one in flat(v, f"{path}.{k}" if path else str(k)).items()}
     if isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
@@ -52,11 +55,11 @@ def flat(value, path=""):
 
 
 def joined_facts(parts):
-    """Of runs with other seeds: the first one's, with all rows, times and digests."""
+    """Joins run.json of several seeds: the first one's facts with all methods, times and digests."""
     facts, methods, networks = dict(parts[0]), {}, {}
     for part in parts:
         if [one["name"] for one in part["conditions"]] != [one["name"] for one in facts["conditions"]]:
-            raise NoRun(f"seeds: {facts['seed']} and {part['seed']} have different conditions")
+            raise BadInput(f"seeds: {facts['seed']} and {part['seed']} have different conditions")
         for one in part["methods"]:
             methods.setdefault(one["name"], one)
         networks.update(part["facts"]["networks_sha256"])
@@ -69,7 +72,7 @@ def joined_facts(parts):
 
 
 class Run:
-    """What a run left in its folder, or several runs with other seeds in its sub-folders; files are read when they are asked for."""
+    """A run, or runs with several seeds in sub-folders. Files are read on first use."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -85,15 +88,13 @@ class Run:
     def path(self, name):
         return os.path.join(self.folder, name)
 
-    def told(self, key, default):
-        """What the block `report` of the configuration says."""
-        configuration = self.facts["configuration"]
-        block = configuration.get("report")
-        value = block[key] if isinstance(block, dict) and key in block else configuration.get(key)
+    def told(self, key, default=None):
+        """Returns a key of the configuration's block `report`."""
+        value = (self.facts["configuration"].get("report") or {}).get(key)
         return default if value is None else value
 
     def group_of(self, scene):
-        """The first of `scene_groups` that holds the scene, or the scene itself."""
+        """Returns the first of `scene_groups` that contains the scene, else the scene."""
         for group, patterns in self.told("scene_groups", {}).items():
             if any(fnmatch.fnmatchcase(scene, one) for one in results.as_list(patterns)):
                 return group
@@ -101,7 +102,7 @@ class Run:
 
     @functools.cached_property
     def problems(self):
-        """In the order of conditions and methods. `run`: which of several seeds; their problems are numbered by scene and id."""
+        """Problems sorted by condition and method. `run` is the number of the seed; with several seeds problems are identified by scene and id."""
         tables = [read_problems(part.folder, self.facts) for part in self.parts or [self]]
         problems = pd.concat([table.assign(run=i) for i, table in enumerate(tables)], ignore_index=True)
         problems = problems.sort_values(["c", "m"], kind="stable").reset_index(drop=True)
@@ -115,7 +116,7 @@ class Run:
         return self.problems.set_index(["c", "m", "index"], drop=False).sort_index()
 
     def line_of(self, condition, method, index):
-        """What problems.csv has of an estimate; None where the method was not run on that problem."""
+        """Returns the line of problems.csv, None if the method was not run on that problem."""
         place = (condition, method, index)
         return self._lines.loc[[place]].iloc[0].to_dict() if place in self._lines.index else None
 
@@ -125,7 +126,7 @@ class Run:
 
     @property
     def estimates(self):
-        """examples.Estimates by the numbers of condition and method."""
+        """Estimates by (condition, method)."""
         return self._opened[0]
 
     @property
@@ -138,7 +139,7 @@ class Run:
 
     @property
     def results(self):
-        """As results.json has them."""
+        """Content of results.json."""
         return self.made.json
 
     @functools.cached_property
@@ -147,7 +148,7 @@ class Run:
 
     @property
     def notes(self):
-        """What is said under the tables, a line each."""
+        """Lines below the tables."""
         return told_tables.notes_of(self)
 
     def condition_title(self, condition):
@@ -155,13 +156,13 @@ class Run:
 
     @functools.cached_property
     def cells(self):
-        """The results of a condition and a method, by their numbers."""
+        """Entries of `results` by (condition, method)."""
         conditions = {one["name"]: i for i, one in enumerate(self.results["conditions"])}
         methods = {one["name"]: i for i, one in enumerate(self.results["methods"])}
         return {(conditions[cell["condition"]], methods[cell["method"]]): cell for cell in self.results["results"]}
 
     def metric(self, condition, method, name, scene="mean"):
-        """Of a scene, or its mean over scenes; nothing where it is unknown."""
+        """Returns a metric of a scene, by default the mean over scenes; None if unknown."""
         cell = self.cells.get((condition, method))
         return None if cell is None else cell["metrics"].get(scene, {}).get(name)
 

@@ -1,5 +1,5 @@
-"""All tables and notes of a run: those of its metrics (metric_tables.py), then comparisons, effects of factors, strata, ours beside the paper's,
-learned rows."""
+"""All tables and notes of a run: metrics (metric_tables.py), comparisons, effects of factors, strata, values beside the paper's, learned
+methods."""
 import metric_tables
 from tables import UNKNOWN, Row, Table
 from values import certain, fixed, interval_text, known, range_text
@@ -79,12 +79,9 @@ def strata_accuracies(results, strata, condition, heading, columns):
         values = [one["accuracies"][at] for one in strata["bins"]]
         texts, ranges = [fixed(value["mean"], 3) for value in values], [range_text(value, 3) for value in values]
         table.rows.append(Row([methods[name]["label"]] + texts, [False] * (len(texts) + 1), [""] + ranges))
-        competing.append(methods[name]["competes"])
-    for column in range(1, len(columns) + 1) if results["conditions"][condition]["rows_share_problems"] else ():
-        told = [row for row, competes in zip(table.rows, competing) if competes and row.cells[column] != UNKNOWN]
-        best = max((row.cells[column] for row in told), key=float, default=None)
-        for row in told:
-            row.best[column] = row.cells[column] == best
+        competing.append([value["mean"] if methods[name]["competes"] else None for value in values])
+    for i in range(len(columns)) if results["conditions"][condition]["rows_share_problems"] else ():
+        table.mark_best(i + 1, [row[i] for row in competing])
     return table
 
 
@@ -170,7 +167,7 @@ def strata_note(results):
 
 
 def chance_note(run):
-    """Where there is no truth to tell."""
+    """Counts estimates that may be chance, for problems without truth."""
     problems, labels = run.problems, [one["label"] for one in run.results["methods"]]
     unknown = problems["error_px" if run.results["unit"] == "px" else "angle_deg"].isna()
     told = [f"{labels[m]} {chance.sum()} of {len(chance)}"
@@ -179,7 +176,7 @@ def chance_note(run):
 
 
 def metric_notes(run):
-    """What the columns of metrics mean."""
+    """Notes on the columns of metrics."""
     results = run.results
     note = ("hypotheses: models solved or scored, those of features and local optimisation included; ms: milliseconds a problem; both medians over "
             "all problems.")

@@ -11,14 +11,14 @@ def known(value):
 
 
 def fixed(value, digits):
-    """"0.512": with so many digits behind the point, or, where that would be a long row of digits, "1.5e+300"."""
+    """Formats with a fixed number of digits, values from 1e9 on as "1.5e+300"."""
     if not known(value):
         return UNKNOWN
     return f"{value:.{digits}f}" if abs(value) < 1e9 else f"{value:.3g}"
 
 
 def range_text(interval, digits):
-    """"[0.450, 0.570]", empty where it is unknown."""
+    """Formats an interval as "[0.450, 0.570]", empty if unknown."""
     return f"[{fixed(interval['low'], digits)}, {fixed(interval['high'], digits)}]" if interval and known(interval["low"]) else ""
 
 

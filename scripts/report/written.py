@@ -1,4 +1,4 @@
-"""The files of numbers that a run's folder gets: results.json, results.csv, reliability.csv, table.md, table.tex, table.csv."""
+"""Writes results.json, results.csv, reliability.csv, table.md, table.tex and table.csv."""
 import csv
 import io
 import json
@@ -18,7 +18,7 @@ def _csv(header, rows):
 
 
 def _finite(value):
-    """JSON has no infinity."""
+    """Replaces infinities by None, because JSON has none."""
     if isinstance(value, dict):
         return {key: _finite(one) for key, one in value.items()}
     if isinstance(value, list):
@@ -27,7 +27,7 @@ def _finite(value):
 
 
 def long_lines(results):
-    """results.csv: scene, condition, method, metric, value. Strata stand in the scene's place, effects and comparisons in the method's."""
+    """Yields (scene, condition, method, metric, value) of results.csv. `scene` names strata as well, `method` effects and comparisons."""
     conditions, metric = [one["name"] for one in results["conditions"]], results["accuracy"]["metric"]
 
     def lines(scene, condition, method, name, interval):

@@ -16,6 +16,7 @@ try:
 
     import bootstrap
     import compare
+    import files
     import labels
     import merge
     import metric_tables
@@ -190,6 +191,12 @@ class ResultsTest(FolderTest):
                               report={"strata": [{"bins": [0.5]}, {"by": "scene"}]}).results["strata"]
         self.assertEqual((unknown[0]["unknown"], unknown[0]["bins"][1]["problems"], unknown[1]["bins"][0]["name"]), ([1], [1], "scene s"))
 
+    def test_misspelt_keys_are_named(self):
+        for report, why in (({"compares": {}}, "config.yaml: report: unknown key 'compares'; did you mean 'compare'"), ({"figures": {"bar": []}}, "figures: unknown key 'bar'"),
+                            ({"strata": {"by": "point", "bins": [1]}}, "expected `by`, one of inlier_share, points"), ({"strata": {"bins": [2, 1]}}, "ascending edges")):
+            with self.assertRaisesRegex(files.BadInput, why):
+                self.run_of(self.lines(), methods=("a", "b", "oracle"), report=report).results
+
     def test_effects_are_of_the_same_problems_and_combinations(self):
         lines = []
         for i in range(6):
@@ -228,10 +235,10 @@ class ResultsTest(FolderTest):
         self.assertIn("No more inliers than points of no structure would give: A 2 of 3.", run.notes)
 
     def test_files_that_are_none_are_named(self):
-        with self.assertRaisesRegex(runs.NoRun, "holds no whole run of diffsac_eval: no run.json"):
+        with self.assertRaisesRegex(files.BadInput, "holds no whole run of diffsac_eval: no run.json"):
             runs.Run(self.folder)
         run = self.run_of(self.lines(), methods=("a", "b"))
-        with self.assertRaisesRegex(runs.NoRun, "problems.csv:4: run.json has no method 'oracle'"):
+        with self.assertRaisesRegex(files.BadInput, "problems.csv:4: run.json has no method 'oracle'"):
             run.problems
 
     def test_reliability_of_one_network_is_told_once(self):
@@ -274,7 +281,7 @@ class SeedsTest(FolderTest):
     def test_seeds_of_other_conditions_are_refused(self):
         self.joined(False)
         write_run(f"{self.folder}/seed_2", [("other", "a", 0, {})], methods=("a",), conditions=("other",), seed=2)
-        with self.assertRaisesRegex(runs.NoRun, "seeds: 1 and 2 have different conditions"):
+        with self.assertRaisesRegex(files.BadInput, "seeds: 1 and 2 have different conditions"):
             runs.Run(self.folder)
 
 
@@ -326,14 +333,14 @@ class MergeTest(FolderTest):
                             (lambda: [first, self.shard(2, setup={"checkpoint": "x", "device": "cpu"})], "were run differently: setup.checkpoint"),
                             (lambda: [first, self.shard(2, dataset="other")], "saw different data"),
                             (lambda: [first, write_run(self.folder + "-2", [])], "is no shard")):
-            with self.assertRaisesRegex(merge.Bad, why):
+            with self.assertRaisesRegex(files.BadInput, why):
                 merge.merge(shards(), self.folder)
         lost = self.shard(2)
         with open(lost + "/problems.csv", encoding="utf-8") as file:
             text = file.read()
         with open(lost + "/problems.csv", "w", encoding="utf-8") as file:
             file.write(text[:text.rindex("\n", 0, -1) + 1])
-        with self.assertRaisesRegex(merge.Bad, "method 'a', condition 'all': the shards' records are not the 8 problems, each once"):
+        with self.assertRaisesRegex(files.BadInput, "method 'a', condition 'all': the shards' records are not the 8 problems, each once"):
             merge.merge([first, lost], self.folder)
         self.assertFalse(os.path.exists(self.folder))
 

@@ -376,7 +376,7 @@ class VerdictsTest(unittest.TestCase):
         "hard,ok,20,0,,20,not_tested,0", "hard,ok,,0,,,determined,0")  # The last one's truth is not known.
 
     def run_folder(self, folder, columns="degeneracy,has_ambiguous_pose"):
-        facts = {"title": "", "experiment": "made_up", "partial": False, "task": "essential", "methods": [{"name": "a", "label": "A"}], "configuration": {},
+        facts = {"format": "diffsac run 1", "experiment": "made_up", "partial": False, "task": "essential", "methods": [{"name": "a", "label": "A"}], "configuration": {},
                  "conditions": [{"name": "all"}, {"name": "hard"}]}
         files.write_whole(os.path.join(folder, "run.json"), json.dumps(facts))
         lines = [f"p{i},s,a,{line}" for i, line in enumerate(self.PROBLEMS)]
@@ -404,9 +404,9 @@ class VerdictsTest(unittest.TestCase):
 
     def test_runs_and_rows_that_cannot_be_told_are_named(self):
         with tempfile.TemporaryDirectory() as folder:
-            with self.assertRaisesRegex(ValueError, "has no row b, but: a"):
+            with self.assertRaisesRegex(files.BadInput, "has no row b, but: a"):
                 list(verdicts.cells_of(self.run_folder(folder), ["b"]))
-            with self.assertRaisesRegex(ValueError, "problems.csv has no degeneracy: not of two views, or of an earlier version"):
+            with self.assertRaisesRegex(files.BadInput, "problems.csv has no degeneracy: not of two views, or of an earlier version"):
                 list(verdicts.cells_of(self.run_folder(folder, "verdict,has_ambiguous_pose"), []))
 
     def test_wilson_intervals(self):
