@@ -9,8 +9,8 @@
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/problem/within_size.h"
+#include "lab/config/report_script.h"
 #include "lab/data/point_files.h"
-#include "lab/eval/report_script.h"
 #include "lab/images/image_cameras.h"
 
 namespace diffsac {

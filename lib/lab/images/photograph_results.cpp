@@ -11,9 +11,9 @@
 
 #include "lab/colmap/create.h"
 #include "lab/colmap/found_geometry.h"
+#include "lab/config/report_script.h"
 #include "lab/config/run_directory.h"
 #include "lab/eval/format.h"
-#include "lab/eval/report_script.h"
 #include "lab/files/files.h"
 #include "lab/images/pair_text.h"
 #include "lab/images/thumbnail.h"

@@ -1,4 +1,4 @@
-#include "lab/eval/report_script.h"
+#include "lab/config/report_script.h"
 
 #include <fcntl.h>
 #include <sys/wait.h>
