@@ -25,33 +25,34 @@ Matches MatchesOf(const Problem& problem) {
   return matches;
 }
 
+/// A prior of the first image alone is not the second one's.
 template <class Options>
-Options SharedOptionsOf(const PairOptions& asked) {
+Options SharedOptionsOf(const PairOptions& asked, const Problem& problem) {
   Options options;
   options.max_residual = asked.threshold_px;
   options.max_iterations = asked.max_iterations;
   options.min_iterations = asked.min_iterations;
   options.confidence = asked.confidence;
   options.seed = asked.seed;
+  options.prior = problem.camera_prior1.focal;
+  options.prior2 = problem.camera_prior2.focal;
+  if (problem.task != Task::kSharedFocal && options.prior && !options.prior2)
+    options.prior2 = FocalPrior{kMedianFocal * std::max(problem.size2.width, problem.size2.height), kAnyLogSigma};
   return options;
 }
 
-ImageOptions ImageOptionsOf(const PairOptions& asked) {
-  auto options = SharedOptionsOf<ImageOptions>(asked);
+ImageOptions ImageOptionsOf(const PairOptions& asked, const Problem& problem) {
+  auto options = SharedOptionsOf<ImageOptions>(asked, problem);
   options.guidance = asked.guidance;
   options.models_folder = asked.models_folder;
   return options;
 }
 
-/// All samples are drawn, which costs milliseconds. A prior of the first image alone is not the second one's.
+/// All samples are drawn, which costs milliseconds.
 FocalOptions FocalOptionsOf(const PairOptions& asked, const Problem& problem) {
-  auto options = SharedOptionsOf<FocalOptions>(asked);
+  auto options = SharedOptionsOf<FocalOptions>(asked, problem);
   if (!asked.min_iterations && !asked.confidence)
     options.min_iterations = std::min(asked.max_iterations.value_or(kFocalIterations), kFocalIterations);
-  options.prior = problem.camera_prior1.focal;
-  options.prior2 = problem.camera_prior2.focal;
-  if (problem.task == Task::kTwoFocals && options.prior && !options.prior2)
-    options.prior2 = FocalPrior{kMedianFocal * std::max(problem.size2.width, problem.size2.height), kAnyLogSigma};
   return options;
 }
 
@@ -89,15 +90,15 @@ PairEstimate Estimated(const Problem& problem, const PairOptions& options) {
   UnknownFocalEstimate& with_focal = estimate;
   switch (problem.task) {
     case Task::kEssential:
-      two_views = EstimateEssential(MatchesOf(problem), problem.cameras.value(), ImageOptionsOf(options));
+      two_views = EstimateEssential(MatchesOf(problem), problem.cameras.value(), ImageOptionsOf(options, problem));
       break;
     case Task::kFundamental:
-      two_views = EstimateFundamental(MatchesOf(problem), ImageOptionsOf(options));
+      two_views = EstimateFundamental(MatchesOf(problem), ImageOptionsOf(options, problem));
       break;
     case Task::kHomography:
-      two_views = problem.cameras
-                      ? EstimateCalibratedHomography(MatchesOf(problem), *problem.cameras, ImageOptionsOf(options))
-                      : EstimateHomography(MatchesOf(problem), ImageOptionsOf(options));
+      two_views = problem.cameras ? EstimateCalibratedHomography(MatchesOf(problem), *problem.cameras,
+                                                                 ImageOptionsOf(options, problem))
+                                  : EstimateHomography(MatchesOf(problem), ImageOptionsOf(options, problem));
       break;
     case Task::kSharedFocal:
       with_focal = EstimateSharedFocal(MatchesOf(problem), FocalOptionsOf(options, problem));
@@ -106,7 +107,7 @@ PairEstimate Estimated(const Problem& problem, const PairOptions& options) {
       with_focal = EstimateTwoFocals(MatchesOf(problem), FocalOptionsOf(options, problem));
       break;
     case Task::kAbsolutePose:
-      Take(EstimateScenePose(problem, ImageOptionsOf(options)), &estimate);
+      Take(EstimateScenePose(problem, ImageOptionsOf(options, problem)), &estimate);
       break;
     default:
       throw Error(ToString(problem.task) + ": no task of two images");
