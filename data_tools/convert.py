@@ -8,7 +8,6 @@
     convert.py registration INPUT OUTPUT                                      matches of clouds with their motion in OUTPUT
     convert.py matches INPUT.npy|INPUT.npz OUTPUT                             the text that diffsac_pair --from-matches reads
     convert.py matrix INPUT.npy OUTPUT                                        a calibration matrix as text
-    convert.py matches3d INPUT.npy|INPUT.npz|INPUT.h5 OUTPUT                  the same of diffsac_register
     convert.py tutorial SCENE                                                 descriptors of a scene that has images
     convert.py inspect FOLDER...                                              what stands in scenes of matches; a picture
     convert.py sets --config configs/sets.yaml --data DIR                     all sets of a list, by diffsac_prepare
@@ -493,26 +492,6 @@ def matrix(source, arguments):
     np.savetxt(arguments.output, loaded, fmt="%.17g")
 
 
-def matches3d(source, arguments):
-    """N x 6 or 7 numbers as diffsac_register --from-matches reads them: one array of NumPy, or the one group of cloud_matches.h5."""
-    names = ["x1", "y1", "z1", "x2", "y2", "z2", "ratio"]
-    if not source.endswith((".h5", ".hdf5")):
-        return write_table(arguments.output, *one_array(source, numpy_file(source), names, (6, 7), "one array"))
-    try:
-        opened = h5py.File(source)
-    except OSError as error:
-        raise BadInput(f"{source}: no HDF5 file that can be read: {error}") from None
-    with opened as file:
-        places = [name for name in [".", *file] if isinstance(file[name], h5py.Group) and "points" in file[name]]
-        need(len(places) == 1, f"{source}: expected one group with points, found {len(places)}: {', '.join(places[:5]) or 'none'}")
-        group = file[places[0]]
-        values = group["points"][()]
-        if values.ndim == 2 and "ratios" in group:
-            need(group["ratios"].shape == values.shape[:1], f"{source}: ratios: expected one for each of {len(values)} points")
-            values = np.column_stack([values, group["ratios"]])
-    write_table(arguments.output, *one_array(source, values, names, (6, 7), "one array"))
-
-
 def numpy_file(source):
     try:
         return np.load(source, allow_pickle=False)
@@ -567,7 +546,7 @@ def registration(source, arguments):
 
 
 POSED = {f.__name__: f for f in (nerf, llff, strecha, middlebury, projections, poses)}
-SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_planes, adelaidermf_matches, hloc, nyu_vp, yud_plus, matches, matches3d, matrix, registration,
+SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_planes, adelaidermf_matches, hloc, nyu_vp, yud_plus, matches, matrix, registration,
                                   from_images.colmap_points)}
 
 

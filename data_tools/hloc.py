@@ -73,7 +73,7 @@ def read_matches(file, group, count1, count2):
     partners = partners.ravel()
     kept = partners != -1
     wrong = partners[kept & ~((partners >= 0) & (partners < count2))]
-    need(not wrong.size, f"{place}/matches0: {wrong[:1].astype(object)} is no keypoint of its second image, which has {count2}")
+    need(not wrong.size, f"{place}/matches0: {wrong.max(initial=-2):g} is no keypoint of its second image, which has {count2}")
     matches = np.column_stack([np.flatnonzero(kept), partners[kept]]).astype("i4")
     if scores is None:
         return matches, None

@@ -127,7 +127,7 @@ def sets(arguments):
     for one in wanted:
         source, missing = input_of(one, arguments.data)
         if missing:
-            print(f"convert: left out: {one['name']}, there is no {missing}", file=sys.stderr, flush=True)
+            print(f"left out: {one['name']}, there is no {missing}", file=sys.stderr, flush=True)
             continue
         need(os.path.exists(program), f"{program}: no such program; name it with --program")
         made += 1

@@ -132,7 +132,7 @@ def draw(pair, threshold, folder, path):
     from PIL import Image, ImageDraw
 
     sides = [background(folder, name, None if pair.sizes is None else pair.sizes[2 * i:2 * i + 2]) for i, name in enumerate(pair.images)]
-    scale = min(1, WIDEST / sum(side.width for side in sides))
+    scale = min(1, (WIDEST - 4) / sum(side.width for side in sides))
     sides = [side.resize([max(1, round(length * scale)) for length in side.size]) for side in sides]
     canvas = Image.new("RGB", (sides[0].width + sides[1].width + 4, max(side.height for side in sides)), "white")
     for side, left in zip(sides, (0, sides[0].width + 4)):

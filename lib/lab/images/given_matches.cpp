@@ -117,23 +117,6 @@ ImagePair ReadScenePoints(const GivenMatches& given, const GivenCalibration& cal
   return matched;
 }
 
-Matches3D3D ReadCloudMatches(const std::string& file) {
-  const std::string extension = fs::path(file).extension();
-  const TextTable table =
-      ReadMatchTable(file, {"matches x1 y1 z1 x2 y2 z2", {"x1", "y1", "z1", "x2", "y2", "z2"}, {"ratio", "score"}},
-                     IsNumpy(file) || extension == ".h5" || extension == ".hdf5" ? "matches3d" : nullptr);
-  Matches3D3D matches;
-  matches.points1 = PointMatrix(table.values.leftCols(3));
-  matches.points2 = PointMatrix(table.values.middleCols(3, 3));
-  bool scored = false;
-  Eigen::VectorXd qualities = QualitiesOf(table, file, &scored);
-  if (scored)
-    matches.scores = 1.0 - qualities.array();
-  else
-    matches.snn_ratio = std::move(qualities);
-  return matches;
-}
-
 bool AreManyMatches(const std::string& path) {
   std::error_code code;
   const fs::path extension = fs::path(path).extension();
