@@ -62,11 +62,10 @@ void Calibrate(const std::optional<LensCamera>& first, const std::optional<LensC
   problem->cameras = CameraPair{first->K, second->K};
 }
 
-/// converter: what of convert.py makes it text; null: it is text.
-TextTable ReadMatchTable(const std::string& file, const TextColumns& columns, const char* converter) {
-  if (converter == nullptr) return ReadTextTable(file, columns);
+TextTable ReadMatchTable(const std::string& file, const TextColumns& columns) {
+  if (!IsNumpy(file)) return ReadTextTable(file, columns);
   TextTable table;
-  ReadConverted(converter, file, [&](const std::string& text) { table = ReadTextTable(text, columns); });
+  ReadConverted("matches", file, [&](const std::string& text) { table = ReadTextTable(text, columns); });
   return table;
 }
 
@@ -74,8 +73,7 @@ TextTable ReadMatchTable(const std::string& file, const TextColumns& columns, co
 
 ImagePair ReadMatches(const GivenMatches& given, const GivenCalibration& calibration) {
   const TextTable table =
-      ReadMatchTable(given.file, {"matches", {"x1", "y1", "x2", "y2"}, {"ratio", "log_size", "angle", "score"}},
-                     IsNumpy(given.file) ? "matches" : nullptr);
+      ReadMatchTable(given.file, {"matches", {"x1", "y1", "x2", "y2"}, {"ratio", "log_size", "angle", "score"}});
   RequireMiddles(given.sizes, calibration);
   const ImageCameras cameras(calibration, {given.file, given.file});
   ImagePair matched;

@@ -3,7 +3,6 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/diffsac.h"
 #include "lab/images/given_pairs.h"
 #include "lab/images/image_source.h"
 #include "lab/images/match_pair.h"

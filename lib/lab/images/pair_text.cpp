@@ -56,28 +56,17 @@ std::string ConflictText(const FocalConflict& conflict) {
          ") by the matches: another zoom, size, unit or crop; R and t may be wrong\n";
 }
 
-}  // namespace
-
 std::string RotationText(const Eigen::Matrix3d& rotation) {
   const Eigen::AngleAxisd turn(rotation);
   return MatrixText("R", rotation) + Format("  turned by %.3f degrees about (%.4f, %.4f, %.4f)\n",
                                             Degrees(turn.angle()), turn.axis()[0], turn.axis()[1], turn.axis()[2]);
 }
 
-namespace {
-
-std::string SpreadText(const Eigen::MatrixXd& covariance, const std::string& of_translation) {
+std::string SpreadText(const Eigen::MatrixXd& covariance, bool of_scene) {
+  const double t = Spread(covariance, 3);
   return Format("  standard deviations by noise alone: R %.2g degrees, t ", Degrees(Spread(covariance, 0))) +
-         of_translation + "\n";
+         (of_scene ? Format("%.2g\n", t) : Format("%.2g degrees\n", Degrees(t)));
 }
-
-}  // namespace
-
-std::string PoseSpreadText(const Eigen::MatrixXd& covariance) {
-  return SpreadText(covariance, Format("%.2g", Spread(covariance, 3)));
-}
-
-namespace {
 
 /// Of two views, or of a camera in a known scene.
 std::string PoseText(const RigidMotion& pose, bool of_scene) {
@@ -98,9 +87,7 @@ std::string MotionText(const ImagePair& pair) {
     return "  no pose: that of a homography needs --calibration, --cameras or --focal\n";
   if (!estimate.pose || estimate.pose->translation.isZero(0.0)) return "";
   std::string text = PoseText(*estimate.pose, of_scene);
-  if (const auto& covariance = estimate.pose_covariance)
-    text += of_scene ? PoseSpreadText(*covariance)
-                     : SpreadText(*covariance, Format("%.2g degrees", Degrees(Spread(*covariance, 3))));
+  if (estimate.pose_covariance) text += SpreadText(*estimate.pose_covariance, of_scene);
   if (estimate.ambiguous_pose)
     text += std::string(of_scene ? "  the points lie on one plane, and this pose explains them as well:\n"
                                  : "  this motion explains the matches as well (a plane, or a zoom):\n") +
@@ -131,7 +118,7 @@ std::string UnusedText(const Diagnostics& diagnostics) {
   std::string text;
   if (diagnostics.num_duplicates > 0) text += ", " + std::to_string(diagnostics.num_duplicates) + " repeated";
   if (diagnostics.num_nonfinite > 0) text += ", " + std::to_string(diagnostics.num_nonfinite) + " not finite";
-  if (diagnostics.scores_ignored) text += kScoresIgnored;
+  if (diagnostics.scores_ignored) text += ", their ratios or scores not used";
   return text;
 }
 

@@ -11,15 +11,6 @@ namespace diffsac {
 /// stage. Without an estimate, why.
 std::string PairText(const ImagePair& pair);
 
-/// Of matches, for people: Diagnostics::scores_ignored.
-inline constexpr const char* kScoresIgnored = ", their ratios or scores not used";
-
-/// R in three lines, and by how many degrees it turns about which axis.
-std::string RotationText(const Eigen::Matrix3d& rotation);
-
-/// The greatest standard deviations of a covariance in the order (ω, t), t in the unit of a scene.
-std::string PoseSpreadText(const Eigen::MatrixXd& covariance);
-
 /// A line each: x1 y1 x2 y2 ratio, with all digits; ratio 1 where it is unknown. Where similarities are known
 /// (Problem::scale_rotation_changes) theirs follow.
 std::string MatchesText(const Problem& problem);
