@@ -3,7 +3,7 @@
 #include <sstream>
 
 #include "diffsac/core/logging.h"
-#include "lab/eval/report_script.h"
+#include "lab/config/report_script.h"
 #include "lab/files/files.h"
 #include "lab/files/temporary_files.h"
 #include "lab/images/given_pairs.h"

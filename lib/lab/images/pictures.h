@@ -21,6 +21,16 @@ void WritePicture(const cv::Mat& image, const std::string& path);
 /// Throws Error unless WritePicture knows the format that `path` ends in.
 void CheckPictureName(const std::string& path);
 
+/// An entry of a legend.
+struct LegendEntry {
+  std::string text;
+  cv::Scalar colour;    ///< Blue, green, red.
+  bool dashed = false;  ///< In black and white.
+};
+
+/// An image with entries from left to right below it, in as many rows as they need.
+cv::Mat WithLegend(const cv::Mat& image, const std::vector<LegendEntry>& entries);
+
 /// Draws two image files side by side, at most 2400 pixels wide together, with the matches of an estimate: its inliers
 /// in green with lines for at most 60 of them, evenly spaced, the others as orange points; a legend with `caption`
 /// below. points: N × 4, pixels of the files. The format is what `path` ends in. Throws Error.
@@ -28,9 +38,7 @@ void DrawInliers(const std::string& image1, const std::string& image2, const Poi
                  const std::vector<std::uint8_t>& inliers, const std::string& caption, const std::string& path);
 
 /// A grey image, at most 1600 pixels wide or high, with its segments in the colour of their vanishing point (grey: of
-/// none), the horizon, the vanishing points that are in the picture, and a legend below. labels: of each vanishing
-/// point, for the legend; colours: "#RRGGBB", as many as they.
-cv::Mat DrawVanishingPoints(const cv::Mat& gray, const PointMatrix& segments, const VanishingPointsEstimate& estimate,
-                            const std::vector<std::string>& labels, const std::vector<std::string>& colours);
+/// none), the horizon, the vanishing points that are in the picture, and a legend below.
+cv::Mat DrawVanishingPoints(const cv::Mat& gray, const PointMatrix& segments, const VanishingPointsEstimate& estimate);
 
 }  // namespace diffsac

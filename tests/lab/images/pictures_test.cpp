@@ -16,8 +16,6 @@ namespace diffsac {
 
 namespace {
 
-const std::vector<std::string> kLabels = {"1: one", "2: other"}, kColours = {"#0072B2", "#D55E00"};
-
 VanishingPointsEstimate Found() {
   VanishingPointsEstimate estimate;
   estimate.status = Status::kOk;
@@ -41,7 +39,7 @@ const cv::Vec3b kFirst(0xB2, 0x72, 0x00), kSecond(0x00, 0x5E, 0xD5);
 
 TEST_CASE("segments have the colour of their vanishing point, which has a ring, and others are grey") {
   const cv::Mat gray(240, 400, CV_8U, cv::Scalar(255));
-  const cv::Mat picture = DrawVanishingPoints(gray, Segments(), Found(), kLabels, kColours);
+  const cv::Mat picture = DrawVanishingPoints(gray, Segments(), Found());
   CHECK(picture.cols == 400);
   CHECK(picture.rows > 240);
   CHECK(At(picture, 70, 40) == kFirst);
@@ -58,7 +56,7 @@ TEST_CASE("the horizon is drawn where it is in the picture") {
   VanishingPointsEstimate estimate = Found();
   const auto dark_rows = [&](double row) {
     estimate.horizon.emplace().line = {0.0, 1.0, -row};
-    const cv::Mat picture = DrawVanishingPoints(gray, Segments(), estimate, kLabels, kColours);
+    const cv::Mat picture = DrawVanishingPoints(gray, Segments(), estimate);
     int count = 0;
     for (int x = 0; x < 400; ++x) count += At(picture, x, 140) == cv::Vec3b(0, 0, 0);
     return count;
@@ -70,10 +68,10 @@ TEST_CASE("the horizon is drawn where it is in the picture") {
 
 TEST_CASE("large images become smaller, and nothing at all is a picture too") {
   const cv::Mat large(1000, 3200, CV_8U, cv::Scalar(90));
-  const cv::Mat picture = DrawVanishingPoints(large, PointMatrix(0, 4), {}, {}, {});
+  const cv::Mat picture = DrawVanishingPoints(large, PointMatrix(0, 4), {});
   CHECK(picture.cols == 1600);
   const cv::Mat narrow(900, 40, CV_8U, cv::Scalar(90));
-  CHECK(DrawVanishingPoints(narrow, Segments(), Found(), kLabels, kColours).cols == 40);
+  CHECK(DrawVanishingPoints(narrow, Segments(), Found()).cols == 40);
 }
 
 TEST_CASE("a picture's name says its format, and a wrong one writes nothing") {

@@ -9,7 +9,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/estimate/diffsac_estimator.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/eval/report_script.h"
+#include "lab/config/report_script.h"
 #include "lab/files/files.h"
 #include "lab/torch/checkpoint.h"
 #include "lab/torch/diffsac_network.h"

@@ -46,7 +46,7 @@ void RunPythonScript(const std::string& shared_file, const std::vector<std::stri
 void ReadConverted(const std::string& format, const std::string& file,
                    const std::function<void(const std::string& text)>& read);
 
-/// Pictures, report.html, table.tex and table.csv of a run's folder that holds results.json.
+/// The page of a folder of diffsac_pair, in place of an earlier one.
 bool WriteReport(const std::string& folder);
 
 /// The file of a run's folder that is there to be looked at.

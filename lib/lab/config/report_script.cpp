@@ -1,4 +1,4 @@
-#include "lab/eval/report_script.h"
+#include "lab/config/report_script.h"
 
 #include <fcntl.h>
 #include <sys/wait.h>
@@ -148,7 +148,7 @@ void ReadConverted(const std::string& format, const std::string& file,
 
 bool WriteReport(const std::string& folder) {
   RemoveFile((std::filesystem::path(folder) / kReportFile).string());  // An earlier run's.
-  return RunReportScript("run_report.py", {folder});
+  return RunReportScript("__main__.py", {folder});
 }
 
 }  // namespace diffsac

@@ -1,4 +1,4 @@
-#include "lab/eval/report_script.h"
+#include "lab/config/report_script.h"
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,7 +16,7 @@ namespace diffsac {
 TEST_CASE("a script that is not there or fails does not end a run, one that cannot write does") {
   const TemporaryFolder folder;
   CHECK_FALSE(RunReportScript("no_such_script.py", {folder.path()}));
-  CHECK_FALSE(WriteReport(folder.path()));  // It has no results.json.
+  CHECK_FALSE(WriteReport(folder.path()));  // It has no run.
   if (!HasReportPython()) return;
   std::filesystem::create_directory(folder.File("report.html"));
   CHECK_THROWS_WITH(RunReportScript("training_report.py", {folder.path()}),
