@@ -102,12 +102,15 @@ struct PoseEstimate : ModelEstimate<Model> {
 };
 
 /// model: x2ᵀ F x1 = 0 in pixels, x2ᵀ E x1 = 0 in coordinates K⁻¹ x, or x2 ~ H x1 in pixels. pose: of E.
-struct TwoViewEstimate : PoseEstimate<Eigen::Matrix3d> {};
+struct TwoViewEstimate : PoseEstimate<Eigen::Matrix3d> {
+  /// Unknown focal lengths with intervals. If not `observable`, it is the prior's. F: of images of one size, where the
+  /// matches allow one camera.
+  std::optional<FocalEstimate> focal = {};
+};
 
 /// model: x2ᵀ F x1 = 0 in pixels.
 struct UnknownFocalEstimate : TwoViewEstimate {
-  std::optional<FocalEstimate> focal = {};  ///< Focal lengths with intervals. If not `observable`, it is the prior's.
-  CameraPair cameras = {};                  ///< Calibration matrices with these focal lengths.
+  CameraPair cameras = {};  ///< Calibration matrices with the focal lengths of `focal`.
 };
 
 /// model: [R | t], world to camera: u ~ K (R X + t).

@@ -61,7 +61,7 @@ struct Estimate {
   /// absent where a line, or a plane without cameras, leaves it open. Absolute poses, motions of clouds: that of
   /// `model`.
   std::optional<RigidMotion> pose = {};
-  /// Two views of unknown focal length: what became of it.
+  /// Two views of unknown focal length, and F that is of one camera (PutCameraBehind): what became of it.
   std::optional<FocalEstimate> focal = {};
   /// Two views: where the focal lengths that were given, or a prior of them, contradict the matches (focal_conflict.h).
   std::optional<FocalConflict> focal_conflict = {};
