@@ -96,8 +96,9 @@ struct PoseEstimate : ModelEstimate<Model> {
   /// unit. E: rank 5, in units of |t|. Similarities: 7 × 7 in the order (ω, t, log s). Absent if the inliers do not
   /// determine the pose, and for unknown focal lengths (docs/estimates.md).
   std::optional<Eigen::MatrixXd> pose_covariance = {};
-  /// The second pose of a planar scene, or the second motion of a symmetric object, if it explains the points nearly as
-  /// well: it is less than 20 times less likely.
+  /// The second pose of a planar scene, the second motion of a symmetric object, or of two unknown focal lengths the
+  /// motion ahead that another zoom makes, if it explains the points nearly as well: it is less than 20 times less
+  /// likely.
   std::optional<RigidMotion> ambiguous_pose = {};
 };
 

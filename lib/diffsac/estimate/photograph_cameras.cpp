@@ -22,13 +22,6 @@ constexpr int kDraws = 10;
 constexpr int kMostSearched = 300;
 constexpr double kMostRise = 17.0;
 
-/// Whether images may be of one camera. Undistorted ones differ by some pixels.
-bool AreAlike(const ImageSize& a, const ImageSize& b) {
-  constexpr double kTolerance = 0.02;
-  const auto alike = [](int first, int second) { return std::abs(first - second) <= kTolerance * first; };
-  return a.known() && alike(a.width, b.width) && alike(a.height, b.height);
-}
-
 /// Rows whose residual is within a reach, evenly thinned to `most` or a few more.
 std::vector<int> RowsWithin(double reach, const Eigen::VectorXd& residuals, int most) {
   const int step = std::max(1, static_cast<int>((residuals.array() <= reach).count()) / most);
@@ -60,7 +53,7 @@ void PutCameraBehind(const NormalizedProblem& space, const Rng& rng, ConsensusRe
   const Problem& problem = space.problem();
   if (problem.task != Task::kFundamental || found->status != Status::kOk || !found->fit) return;
   const auto frame = FocalSpaceOf(UnknownFocal::kBoth, problem);
-  if (!frame || !AreAlike(problem.size1, problem.size2)) return;
+  if (!frame || !problem.size1.known() || problem.size1 != problem.size2) return;
   double unit = 1.0;
   const PointMatrix points = NormalizeFocal(UnknownFocal::kBoth, problem, &unit);
   Eigen::VectorXd weights = found->fit->weights;

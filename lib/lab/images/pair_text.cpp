@@ -119,8 +119,7 @@ std::string MotionText(const Problem& problem, const Estimate& estimate) {
   if (const auto& covariance = estimate.pose_covariance)
     text += SpreadText(*covariance, Format("%.2g degrees", SpreadDegrees(*covariance, 3)));
   if (estimate.ambiguous_pose)
-    text +=
-        "  the matches lie on one plane, and this motion explains them as well:\n" + PoseText(*estimate.ambiguous_pose);
+    text += "  this motion explains the matches as well (a plane, or a zoom):\n" + PoseText(*estimate.ambiguous_pose);
   const auto guessed = [&](int image) {
     return !estimate.focal->observable[image] && SourceOf(problem, estimate.focal, image) == FocalSource::kPrior;
   };

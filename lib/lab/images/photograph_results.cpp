@@ -221,9 +221,9 @@ void WriteConfiguration(ExperimentOptions experiment, const std::string& scene, 
   RunDirectory(output, kPairProgram, WriteExperiment(experiment), experiment.seed);
 }
 
-/// Whether a focal length is what cameras in general have.
+/// Whether a focal length is what cameras in general have, and the motion depends on it.
 bool IsGuess(const EstimatedPair& pair) {
-  return pair.estimate.focal &&
+  return FindsFocals(pair.example.problem.task) && pair.estimate.focal &&
          (pair.focal_from[0] == FocalSource::kPrior || pair.focal_from[1] == FocalSource::kPrior);
 }
 

@@ -38,8 +38,8 @@ void BindOptions(OptionsBinder& b, ClassicalOptions& o) {
   b.Field("search_again", o.search_again).Help("whether a first search that leaves doubts is followed by a second one");
   b.Field("photographs", o.photographs)
       .Help(
-          "fundamental matrices, images of known size: whether they are of cameras with square pixels, principal "
-          "points near the middle and usual focal lengths");
+          "fundamental matrices, images of equal sizes: whether they are of one camera with square pixels, a principal "
+          "point in the middle and a usual focal length");
   b.Require(o.consensus.max_iterations <= o.max_iterations, "consensus.max_iterations", "at most `max_iterations`");
   // One budget: so a setting that says how many draws means the same to this row and to one with a network.
   o.max_iterations = o.consensus.max_iterations;
@@ -58,8 +58,8 @@ void BindShared(OptionsBinder& b, LearnedOptions& o) {
   b.Field("search_again", o.search_again).Help("whether a first search that leaves doubts is followed by a second one");
   b.Field("photographs", o.photographs)
       .Help(
-          "fundamental matrices, images of known size: whether they are of cameras with square pixels, principal "
-          "points near the middle and usual focal lengths");
+          "fundamental matrices, images of equal sizes: whether they are of one camera with square pixels, a principal "
+          "point in the middle and a usual focal length");
   b.Field("inlier_prior_of", o.inlier_prior_of)
       .OnlyIf(o.consensus.inlier_prior_power > 0.0, "consensus.inlier_prior_power above 0")
       .Help(
