@@ -20,7 +20,7 @@ namespace {
 /// them. Of crops the matches say so with fewer.
 constexpr int kDraws = 10;
 constexpr int kMostSearched = 300;
-constexpr double kMostRise = 17.0;
+constexpr double kMostRise = 20.0;
 
 /// Rows whose residual is within a reach, evenly thinned to `most` or a few more.
 std::vector<int> RowsWithin(double reach, const Eigen::VectorXd& residuals, int most) {
