@@ -22,6 +22,16 @@ constexpr int kDraws = 10;
 constexpr int kMostSearched = 300;
 constexpr double kMostRise = 20.0;
 
+/// Where the matches allow one camera its focal length is surer than MarginaliseFocal says: of the intervals of log f,
+/// this share holds the truth in 69 % of the tuning and training pairs.
+FocalPosteriors Narrowed(FocalPosteriors posteriors) {
+  constexpr double kShare = 0.7;
+  for (FocalPosterior& posterior : posteriors)
+    for (double* end : {&posterior.low, &posterior.high})
+      *end = posterior.focal * std::pow(*end / posterior.focal, kShare);
+  return posteriors;
+}
+
 /// Rows whose residual is within a reach, evenly thinned to `most` or a few more.
 std::vector<int> RowsWithin(double reach, const Eigen::VectorXd& residuals, int most) {
   const int step = std::max(1, static_cast<int>((residuals.array() <= reach).count()) / most);
@@ -84,7 +94,7 @@ void PutCameraBehind(const NormalizedProblem& space, const Rng& rng, ConsensusRe
   if (!std::isfinite(noise)) return;
   found->model = model;
   found->sigma = noise;
-  if (!problem.cameras) found->focal = camera.focal;
+  if (!problem.cameras && camera.focal) found->focal = Narrowed(*camera.focal);
   for (Eigen::Index i = 0; i < after.size(); ++i) found->inliers[i] = after[i] <= found->inlier_threshold;
 }
 

@@ -35,7 +35,9 @@ std::optional<RigidMotion> OtherOf(const NormalizedProblem& solved, const Estima
     for (double ratio = kStep; ratio <= kReach; ratio += kStep) {
       node = evidence.At({std::log(best[9]) - sign * first * ratio, std::log(best[10]) + sign * (1.0 - first) * ratio},
                          node.model);
-      if (!node.model.allFinite() || !(node.log_posterior - top > least)) break;
+      if (!node.model.allFinite()) break;
+      // Between both motions there may be none that explains the matches.
+      if (!(node.log_posterior - top > least)) continue;
       std::vector<std::uint8_t> inliers = estimate.inliers;
       const auto pose = PoseOfEstimate(ModelParameters(node.model), inliers, solved);
       if (!pose || DirectionAngleDegrees(pose->translation, t) < kLeastDegrees) continue;
