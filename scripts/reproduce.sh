@@ -103,7 +103,8 @@ make_table() {
   evaluate "$1" --train-missing $update "${output[@]}" || return
   # Nothing is here of a table that was skipped.
   local made=runs/${verify:+verify/}$1 code=0
-  if [[ -z "$whole" || ! -e "$made/results.json" ]]; then return; fi
+  if [[ -z "$whole" || ! -e "$made/run.json" ]]; then return; fi
+  report "" "$made" || return
   if [[ -n "$page" ]]; then
     report page.py "$made" --page "docs/results/$1.md" --command "scripts/reproduce.sh $1${data:+ --data DIR}"
     return

@@ -15,7 +15,6 @@
 #include "lab/data/synthetic.h"
 #include "lab/data/two_view_test_util.h"
 #include "lab/data/write_point_sets.h"
-#include "lab/eval/estimates.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
@@ -178,33 +177,6 @@ void RunFeatures(const std::string& bytes) {
   Parses({paths[hostile]}, [&] { KindOfHlocFile(paths[hostile]); });
 }
 
-// ---- estimates.h5 as it is read back.
-
-std::string MakeEstimates() {
-  EstimateRecord record;
-  record.id = "a";
-  record.data_scene = "s";
-  record.status = Status::kOk;
-  record.model = Eigen::Vector3d(1, 0, 2);
-  record.pose.emplace();
-  record.inlier_rows = {0, 2};
-  record.points = 4;
-  record.inlier_probabilities = {0.5f, 0.25f, 0.5f, 1.0f};
-  record.instances = {record.model, record.model};
-  record.assignment = {1, 0, 2, 1};
-  EstimateRecord failed;
-  failed.id = "b";
-  return EstimatesToBytes({"name", "line", "0", {{"ransac", "all", {record, failed}}}});
-}
-
-void RunEstimates(const std::string& bytes) {
-  static const std::string sound = MakeEstimates();
-  ByteReader reader(bytes);
-  const std::string path = WriteScratch("estimates.h5", sound);
-  EditHdf5(path, &reader);
-  Parses({path}, [&] { ReadEstimates(path); });
-}
-
 template <int kChoices>
 std::vector<std::string> Seeds() {
   return EditSeeds(kChoices);
@@ -212,8 +184,7 @@ std::vector<std::string> Seeds() {
 
 const AddTarget kTargets[] = {{"points_hdf5", Seeds<2>, RunPoints},
                               {"correspondences", Seeds<4 * static_cast<int>(kSceneFiles.size())>, RunCorrespondences},
-                              {"features", Seeds<2>, RunFeatures},
-                              {"estimates", Seeds<1>, RunEstimates}};
+                              {"features", Seeds<2>, RunFeatures}};
 
 }  // namespace
 }  // namespace diffsac::testing

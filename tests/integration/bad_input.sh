@@ -61,9 +61,9 @@ expect_error "device 'tpu'" train --config configs/line.yaml --import "$hostile"
 # Data.
 printf '\211HDF\r\n\032\n\000\000' >"$own/truncated.h5"
 expect_error 'truncated\.h5' evaluate --config configs/tables/line.yaml --methods ransac_20 --output "$own/run" \
-  --set "data={type: point_sets, paths: ['$own/truncated.h5'], inlier_threshold: 0.1}" --set 'sweep=~' --set 'figures={}' --set 'paper={}'
+  --set "data={type: point_sets, paths: ['$own/truncated.h5'], inlier_threshold: 0.1}" --set 'sweep=~'
 expect_error 'nowhere' evaluate --config configs/tables/line.yaml --methods ransac_20 --output "$own/run" \
-  --set "data={type: point_sets, paths: ['$own/nowhere'], inlier_threshold: 0.1}" --set 'sweep=~' --set 'figures={}' --set 'paper={}'
+  --set "data={type: point_sets, paths: ['$own/nowhere'], inlier_threshold: 0.1}" --set 'sweep=~'
 
 # Output that cannot be written: below a regular file, and on a disk that is full (a file size limit acts alike).
 touch "$own/file"

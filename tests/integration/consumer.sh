@@ -66,7 +66,7 @@ if [[ -x "$build/bin/diffsac_train" ]]; then
   lab() { "$own/mo ved/bin/diffsac_$1" --config line.yaml --threads 1 --device cpu "${@:2}"; }
   run_expecting 0 lab train "${tiny[@]:6}" --set train.iterations=2 --output run
   run_expecting 0 lab eval --limit 2 --output table
-  expect_file run/checkpoints/last.safetensors table/table.md
+  expect_file run/checkpoints/last.safetensors table/run.json
 fi
 # What installed pages link to is installed.
 while IFS=: read -r page link; do

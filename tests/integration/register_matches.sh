@@ -86,4 +86,5 @@ expect_error 'several is for --task rigid' register --from-matches m.txt --sever
 cd "$source"
 run_expecting 0 evaluate --config configs/tables/registration_outdoors.yaml --set "data.paths=[$own]" --methods recommended \
   --seed 1 --set 'seeds=[]' --output "$own/run"
+run_expecting 0 report "" "$own/run"
 expect_file "$own/run"/{fits.png,report.html,estimates.h5}

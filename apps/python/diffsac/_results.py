@@ -58,6 +58,8 @@ class _Result:
                 raise AttributeError(f"{type(self).__name__} has no field '{name}'")
             if "diagnostics" not in getattr(type(self), "__dataclass_fields__", {}):
                 new = new.rpartition(".")[2]
+            if new == name:
+                raise AttributeError(f"{type(self).__name__} has no field '{name}'")
             value = operator.attrgetter(new)(self)
             warnings.warn(f"{name} is {new} since diffsac 0.3", DeprecationWarning, stacklevel=2)
             return value

@@ -115,7 +115,6 @@ struct RegisteredLearnedEstimator : Registered<EstimatorEntry> {
     entry.describe = [defaults, presets](Task task) {
       return DescribeOptions(PresetKeys<LearnedKeys<Options>>{presets.names, {defaults, task}});
     };
-    entry.options = typeid(Options);
     return entry;
   }
 };

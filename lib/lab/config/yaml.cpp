@@ -12,8 +12,8 @@
 #include "diffsac/core/registry.h"
 #include "diffsac/core/status.h"
 #include "diffsac/guidance/engine/checkpoint_info.h"
-#include "lab/config/config_to_json.h"
 #include "lab/files/files.h"
+#include "lab/options/config_json.h"
 
 namespace diffsac {
 namespace {
@@ -216,14 +216,6 @@ std::string DumpYaml(const ConfigTree& tree) {
   YAML::Emitter out;
   Emit(tree, out);
   return std::string(out.c_str()) + "\n";
-}
-
-std::string FlowYaml(const ConfigTree& tree) {
-  YAML::Emitter out;
-  out.SetSeqFormat(YAML::Flow);
-  out.SetMapFormat(YAML::Flow);
-  Emit(tree, out);
-  return out.c_str();
 }
 
 Config ConfigFromFile(const std::string& path) {

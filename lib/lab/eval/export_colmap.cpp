@@ -54,8 +54,8 @@ class SourcePairs {
   }
 
   SourcePair Read(const EstimateRecord& record) const {
-    const Scene& scene = scenes_.at(record.data_scene);
-    const std::string name = record.id.substr(record.data_scene.size() + 1);
+    const Scene& scene = scenes_.at(record.scene);
+    const std::string name = record.id.substr(record.scene.size() + 1);
     SourcePair pair{scene.files->Read(scene.positions.at(name)), {}, {}};
     pair.keypoints = scene.files->ReadMatchIndices(name, pair.example.problem.points.rows());
     pair.example.id = record.id;

@@ -12,10 +12,10 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
-#include "lab/config/config_to_json.h"
 #include "lab/config/progress.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
+#include "lab/options/config_json.h"
 #include "lab/torch/checkpoint.h"
 #include "lab/torch/denoiser.h"
 #include "lab/torch/learned_network.h"
