@@ -19,7 +19,7 @@
 #include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/images/feature_file_test_util.h"
-#include "lab/images/hloc_files.h"
+#include "lab/images/imported_features.h"
 
 namespace diffsac::testing {
 namespace {
@@ -137,7 +137,7 @@ void RunCorrespondences(const std::string& bytes) {
   scene.Put(file, scene.bytes()[file]);
 }
 
-// ---- Features and matches in hloc's layout.
+// ---- Features in hloc's layout.
 
 std::string MakeFeatures() {
   const std::string path = WriteScratch("seed.h5", "");
@@ -152,29 +152,13 @@ std::string MakeFeatures() {
   return ReadFile(path);
 }
 
-std::string MakeMatches() {
-  const std::string path = WriteScratch("seed.h5", "");
-  WriteFeatureFile(path, [](FeatureFile& file) {
-    Eigen::VectorXd matches(5);
-    matches << -1, 2, -1, 0, 1;
-    file.Put("a.png/b.png/matches0", matches, true);
-    file.Put("a.png/b.png/matching_scores0", Eigen::VectorXd::Ones(5), true);
-  });
-  return ReadFile(path);
-}
-
 void RunFeatures(const std::string& bytes) {
-  static const std::string files[2] = {MakeFeatures(), MakeMatches()};
+  static const std::string file = MakeFeatures();
   ByteReader reader(bytes);
-  const int hostile = reader.Below(2);
-  const std::string paths[2] = {WriteScratch("features.h5", files[0]), WriteScratch("matches.h5", files[1])};
-  EditHdf5(paths[hostile], &reader);
-  const auto read = [&](const char* image) {
-    Parses({paths[0]}, [&] { ImportedFeatures(paths[0]).Read(Scratch() + "/" + image, ImageSize{10, 8}, 3); });
-  };
-  if (hostile == 0) read("a.png"), read("b.png");
-  Parses({paths[0], paths[1]}, [&] { ReadHlocFiles(paths[0], paths[1]); });
-  Parses({paths[hostile]}, [&] { KindOfHlocFile(paths[hostile]); });
+  const std::string path = WriteScratch("features.h5", file);
+  EditHdf5(path, &reader);
+  for (const char* image : {"a.png", "b.png"})
+    Parses({path}, [&] { ImportedFeatures(path).Read(Scratch() + "/" + image, ImageSize{10, 8}, 3); });
 }
 
 template <int kChoices>

@@ -1,4 +1,4 @@
-// Line segments of images, as `diffsac_prepare segments` writes them (lab/files/segment_files.h).
+// Line segments of images, as `diffsac_vanish --estimates` writes them (lab/files/segment_files.h).
 
 #include <algorithm>
 #include <filesystem>
@@ -28,7 +28,7 @@ struct VanishingPointsOptions {
   NonFinitePoints non_finite = NonFinitePoints::kDrop;
 
   void Bind(OptionsBinder& b) {
-    b.Field("paths", paths).Help("folders of `diffsac_prepare segments`, or folders of them");
+    b.Field("paths", paths).Help("folders of `diffsac_vanish --estimates`, or folders of them");
     b.Field("inlier_threshold_deg", inlier_threshold_deg, Limits{0.0, 90.0, true})
         .Help("ε, of the angle between a segment and the line from its middle to the vanishing point");
     b.Field("label_threshold_deg", label_threshold_deg, Limits{0.0, 90.0, true})
@@ -104,7 +104,7 @@ class VanishingPoints : public Dataset {
 };
 
 const RegisteredDataset<VanishingPointsOptions> kVanishingPoints(
-    "vanishing_points", DataSource::kFiles, "Line segments of images (`diffsac_prepare segments`).",
+    "vanishing_points", DataSource::kFiles, "Line segments of images (`diffsac_vanish --estimates`).",
     [](const VanishingPointsOptions& options, std::uint64_t) { return std::make_unique<VanishingPoints>(options); });
 
 }  // namespace

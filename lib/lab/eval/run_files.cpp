@@ -19,10 +19,15 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Which columns there are.
+struct ColumnKinds {
+  bool estimates = true, two_view = false, instances = false;
+};
+
 /// Visits the numbers of a record by the names of their columns, in their order: visit(name, value). The truth's
 /// quantities are told in problem_quantities.h, those of several structures in instances_error.h.
 template <class Visit>
-void VisitRecord(const ProblemRecord& r, bool two_view, bool instances, const Visit& visit) {
+void VisitRecord(const ProblemRecord& r, const ColumnKinds& kinds, const Visit& visit) {
   visit("angle_deg", r.error.angle_deg);
   visit("offset", r.error.offset);
   visit("rotation_deg", r.error.rotation_deg);
@@ -40,10 +45,12 @@ void VisitRecord(const ProblemRecord& r, bool two_view, bool instances, const Vi
   visit("unique_minimal_sets", r.stats.unique_minimal_sets);
   visit("all_inlier_sets", r.all_inlier_sets);
   constexpr const char* kPose[] = {"qw", "qx", "qy", "qz", "tx", "ty", "tz"};
-  visit("sigma", std::isfinite(r.sigma) ? r.sigma : std::nan(""));
-  const std::array<double, 7> pose = PoseNumbers(r.pose);
+  static const EstimateRecord kNone;  // Of examples alone there are others.
+  const EstimateRecord& found = kinds.estimates ? r : kNone;
+  visit("sigma", std::isfinite(found.sigma) ? found.sigma : std::nan(""));
+  const std::array<double, 7> pose = PoseNumbers(found.pose);
   for (std::size_t i = 0; i < pose.size(); ++i) visit(kPose[i], pose[i]);
-  visit("model", r.model);
+  visit("model", found.model);
   visit("log10_nfa", r.log10_nfa);
   visit("inlier_share", r.inlier_share);
   visit("true_rotation_deg", r.true_rotation_deg);
@@ -51,7 +58,7 @@ void VisitRecord(const ProblemRecord& r, bool two_view, bool instances, const Vi
   visit("true_parallax_deg", r.true_parallax_deg);
   visit("rotation_level", r.levels.rotation);
   visit("translation_level", r.levels.translation);
-  if (two_view) {
+  if (kinds.two_view) {
     visit("pose_rotation_deg", r.error.pose_rotation_deg);
     visit("pose_translation_deg", r.error.pose_translation_deg);
     visit("pose_deg", r.error.pose_deg);
@@ -59,7 +66,7 @@ void VisitRecord(const ProblemRecord& r, bool two_view, bool instances, const Vi
     visit("has_ambiguous_pose", r.has_ambiguous_pose);
     visit("error_probability", r.error_probability);
   }
-  if (instances) {
+  if (kinds.instances) {
     visit("misclassified", r.error.misclassified);
     visit("recall", r.error.recall);
     visit("one_structure_sets", r.one_instance_sets);
@@ -169,10 +176,9 @@ Json ShardJson(const Shard& shard) {
 
 std::string ProblemsCsv(const ExperimentResults& results) {
   const ExperimentOptions& experiment = results.experiment;
-  const bool two_view = IsTwoView(experiment.task), instances = JudgesInstances(results);
+  const ColumnKinds kinds{experiment.estimates, IsTwoView(experiment.task), JudgesInstances(results)};
   std::string text = "index,id,scene,condition,method,status";
-  VisitRecord(ProblemRecord(), two_view, instances,
-              [&](const char* name, const auto&) { text += std::string(",") + name; });
+  VisitRecord(ProblemRecord(), kinds, [&](const char* name, const auto&) { text += std::string(",") + name; });
   text += "\n";
   for (const Cell& cell : results.cells) {
     const std::string names = "," + CsvText(experiment.conditions[cell.condition].name) + "," +
@@ -180,7 +186,7 @@ std::string ProblemsCsv(const ExperimentResults& results) {
     for (const ProblemRecord& record : cell.records) {
       text += std::to_string(record.index) + "," + CsvText(record.id) + "," + CsvText(record.scene) + names +
               std::string(ToString(record.status));
-      VisitRecord(record, two_view, instances, [&](const char*, const auto& value) { text += "," + FieldText(value); });
+      VisitRecord(record, kinds, [&](const char*, const auto& value) { text += "," + FieldText(value); });
       text += "\n";
     }
   }

@@ -11,9 +11,7 @@
 #include "diffsac/problem/within_size.h"
 #include "lab/data/point_files.h"
 #include "lab/eval/report_script.h"
-#include "lab/images/hloc_files.h"
 #include "lab/images/image_cameras.h"
-#include "lab/images/run_pairs.h"
 
 namespace diffsac {
 
@@ -119,23 +117,6 @@ MatchedImages ReadScenePoints(const GivenMatches& given, const GivenCalibration&
   return matched;
 }
 
-Matches3D3D ReadCloudMatches(const std::string& file) {
-  const std::string extension = fs::path(file).extension();
-  const TextTable table =
-      ReadMatchTable(file, {"matches x1 y1 z1 x2 y2 z2", {"x1", "y1", "z1", "x2", "y2", "z2"}, {"ratio", "score"}},
-                     IsNumpy(file) || extension == ".h5" || extension == ".hdf5" ? "matches3d" : nullptr);
-  Matches3D3D matches;
-  matches.points1 = PointMatrix(table.values.leftCols(3));
-  matches.points2 = PointMatrix(table.values.middleCols(3, 3));
-  bool scored = false;
-  Eigen::VectorXd qualities = QualitiesOf(table, file, &scored);
-  if (scored)
-    matches.scores = 1.0 - qualities.array();
-  else
-    matches.snn_ratio = std::move(qualities);
-  return matches;
-}
-
 bool AreManyMatches(const std::string& path) {
   std::error_code code;
   const fs::path extension = fs::path(path).extension();
@@ -147,7 +128,7 @@ namespace {
 bool HoldsHloc(const std::string& folder) {
   std::error_code code;
   for (const auto& entry : fs::directory_iterator(folder, code))
-    if (entry.path().extension() == ".h5" && KindOfHlocFile(entry.path().string()) == HlocKind::kMatches) return true;
+    if (entry.path().extension() == ".h5") return true;
   return false;
 }
 
@@ -240,10 +221,7 @@ GivenPairs ReadManyMatches(const GivenMatches& given, const GivenCalibration& ca
       CalibrateByName(given, calibration, &pairs);
     }
   } else {
-    PairsRequest request;
-    request.format = "hloc";
-    request.input = given.file;
-    pairs = ReadHlocPairs(request);
+    pairs = ReadHlocPairs(given.file);
     CalibrateByName(given, calibration, &pairs);
   }
   KeepWhatAllHave(&pairs.set);

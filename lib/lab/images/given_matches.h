@@ -27,10 +27,6 @@ MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& cal
 /// The task is absolute_pose.
 MatchedImages ReadScenePoints(const GivenMatches& given, const GivenCalibration& calibration);
 
-/// Matches of two clouds, x1 y1 z1 x2 y2 z2 and what there is of ratio or score, in a text or NumPy file likewise, or
-/// in an HDF5 file with one data set `points` N × 6 (and `ratios`). Rows may be not finite. Throws Error.
-Matches3D3D ReadCloudMatches(const std::string& file);
-
 /// Whether a path holds many pairs: a folder, of files as above or with hloc's two; hloc's matches (.h5, the features
 /// beside them); a COLMAP database (.db).
 bool AreManyMatches(const std::string& path);

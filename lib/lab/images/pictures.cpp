@@ -10,7 +10,6 @@
 
 #include "diffsac/core/status.h"
 #include "lab/files/files.h"
-#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/detection.h"
 #include "lab/images/image_source.h"
 
@@ -45,47 +44,11 @@ constexpr int kGap = 8, kLegendHeight = 36;
 constexpr std::size_t kMaxLines = 60;
 constexpr double kMaxWidth = 2400.0, kMaxHeight = 1400.0;
 // Told apart by colour-blind readers too (Okabe and Ito). Blue, green, red.
-const cv::Scalar kInlier(115, 200, 0), kOutlier(0, 110, 240), kUnknown(230, 150, 40), kWhite(255, 255, 255);
+const cv::Scalar kInlier(115, 200, 0), kOutlier(0, 110, 240), kWhite(255, 255, 255);
 
-enum class Kind { kInlier, kOutlier, kUnknown };
+enum class Kind { kInlier, kOutlier };
 
-const cv::Scalar& ColorOf(Kind kind) {
-  return kind == Kind::kInlier ? kInlier : kind == Kind::kOutlier ? kOutlier : kUnknown;
-}
-
-std::string FindImage(const std::string& folder, const std::string& name) {
-  std::error_code code;
-  if (!fs::is_directory(folder, code)) throw Error(folder + ": no such folder");
-  for (const fs::path& place : {fs::path(folder), fs::path(folder) / "images"}) {
-    if (!fs::is_directory(place, code)) continue;
-    for (const auto& entry : fs::directory_iterator(place)) {
-      const std::string path = entry.path().string();
-      if (entry.path().filename().string() == name || ImageName(path) == name) return path;
-    }
-  }
-  throw Error(folder + ": there is no image " + name);
-}
-
-// Or white.
-cv::Mat Background(const std::string& images, const std::string& name, const ImageSize& size) {
-  if (!images.empty()) return LightImage(ReadGrayImage(FindImage(images, name)));
-  if (!size.known()) throw Error(name + ": the scene has no sizes.h5, so --images is needed");
-  return {size.height, size.width, CV_8UC3, kWhite};
-}
-
-std::vector<Kind> KindsOf(const Example& pair, double threshold_px) {
-  const Eigen::Index count = pair.problem.points.rows();
-  std::vector<Kind> kinds(static_cast<std::size_t>(count), Kind::kUnknown);
-  const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    if (distances.size() == count) {
-      kinds[i] = distances[i] <= threshold_px ? Kind::kInlier : Kind::kOutlier;
-    } else if (!pair.truth.assignment.empty()) {
-      kinds[i] = pair.truth.assignment[i] > 0 ? Kind::kInlier : Kind::kOutlier;
-    }
-  }
-  return kinds;
-}
+const cv::Scalar& ColorOf(Kind kind) { return kind == Kind::kInlier ? kInlier : kOutlier; }
 
 // The two images on one canvas, and where points of either are on it.
 class Canvas {
@@ -150,42 +113,7 @@ void Draw(const PointMatrix& points, const std::vector<Kind>& kinds, Kind kind, 
   for (Eigen::Index i : chosen) canvas->Point(points, i, ColorOf(kind));
 }
 
-std::string ThresholdText(double threshold_px) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%g px", threshold_px);
-  return text;
-}
-
-void DrawLegend(const Example& pair, const PictureCounts& counts, double threshold_px, Canvas* canvas) {
-  if (counts.inliers < 0) {
-    canvas->Legend(std::to_string(counts.matches) + " matches, truth not known", kUnknown);
-  } else {
-    const bool measured = pair.truth.fundamental || pair.truth.homography;
-    const std::string text =
-        measured ? " within " + ThresholdText(threshold_px) + " of the truth" : std::string(" labelled inliers");
-    canvas->Legend(std::to_string(counts.inliers) + text, kInlier);
-    canvas->Legend(std::to_string(counts.matches - counts.inliers) + " others", kOutlier);
-  }
-  canvas->Legend(pair.id, kWhite);
-}
-
 }  // namespace
-
-PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::string& images,
-                          const std::string& path) {
-  const std::vector<Kind> kinds = KindsOf(pair, threshold_px);
-  PictureCounts counts{static_cast<int>(kinds.size()),
-                       static_cast<int>(std::count(kinds.begin(), kinds.end(), Kind::kInlier))};
-  if (std::count(kinds.begin(), kinds.end(), Kind::kUnknown) > 0) counts.inliers = -1;
-  const cv::Mat first = Background(images, pair.image1, pair.problem.size1);
-  const cv::Mat second = Background(images, pair.image2, pair.problem.size2);
-  Canvas canvas(first, second);
-  for (Kind kind : {Kind::kUnknown, Kind::kOutlier, Kind::kInlier})
-    Draw(pair.problem.points, kinds, kind, kMaxLines, &canvas);
-  DrawLegend(pair, counts, threshold_px, &canvas);
-  WritePicture(canvas.image(), path);
-  return counts;
-}
 
 void DrawInliers(const std::string& image1, const std::string& image2, const PointMatrix& points,
                  const std::vector<std::uint8_t>& inliers, const std::string& caption, const std::string& path) {

@@ -25,10 +25,10 @@ void BindScales(OptionsBinder& b, ConsensusOptions& o) {
   const bool scales = o.Uses(ScoreKind::kSigmaMarginalisedMsac) ||
                       o.final_refinement == FinalRefinement::kMarginalised || o.threshold == ThresholdKind::kAdaptive;
   b.Field("least_scale", o.least_scale, AtLeast(0.0))
-      .OnlyIf(scales, "a score or refinement over scales, or threshold: adaptive")
+      .OnlyIf(scales, "a score, refinement or threshold over scales")
       .Help("the smallest threshold that these reckon with, in the data's unit; 0: an eighth of the greatest");
   b.Field("greatest_scale", o.greatest_scale, AtLeast(0.0))
-      .OnlyIf(scales, "a score or refinement over scales, or threshold: adaptive")
+      .OnlyIf(scales, "a score, refinement or threshold over scales")
       .Help("the greatest one; 0: the scoring threshold");
   b.Require(o.greatest_scale == 0.0 || o.least_scale < o.greatest_scale, "least_scale", "below greatest_scale");
   b.Field("inlier_prior_power", o.inlier_prior_power, AtLeast(0.0))
@@ -110,10 +110,10 @@ void BindOptions(OptionsBinder& b, InstanceSearchOptions& o) {
           "several: `sequential`, each search on the points that are left; from one pool of hypotheses `at_once`, "
           "`chosen` by a network, `pearl` by an energy of all labels");
   const bool several = o.Several();
-  const char* only = "instances.search other than one";
+  const char* only = "another search than one";
   b.Field("most", o.most, Within(1, 1000)).OnlyIf(several, only).Help("structures that are looked for at most");
   const bool chosen = o.search == InstanceSearch::kChosen, energy = o.search == InstanceSearch::kPearl;
-  const char* by_chance = "instances.search other than one, chosen and pearl";
+  const char* by_chance = "search: sequential or at_once";
   b.Field("log10_nfa", o.log10_nfa)
       .OnlyIf(several && !chosen && !energy, by_chance)
       .Help("a structure is taken while chance gives fewer than 10 to this power of its like");
@@ -121,11 +121,11 @@ void BindOptions(OptionsBinder& b, InstanceSearchOptions& o) {
       .OnlyIf(several && !chosen && !energy, by_chance)
       .Help("probability at least that a point anywhere is within ε of a model");
   b.Field("rounds", o.rounds, Within(0, 100))
-      .OnlyIf(several && !chosen, "instances.search other than one and chosen")
+      .OnlyIf(several && !chosen, "search: sequential, at_once or pearl")
       .Help(
           "of assigning points and refitting models; `pearl`: of drawing within structures, adding, merging and "
           "removing");
-  const char* by_energy = "instances.search: pearl";
+  const char* by_energy = "search: pearl";
   b.Field("core", o.core, Within(1e-3, 100.0))
       .OnlyIf(energy, by_energy)
       .Help("the cost of a residual rises from this share of ε on, by its logarithm");
@@ -146,10 +146,10 @@ void BindOptions(OptionsBinder& b, InstanceSearchOptions& o) {
       .OnlyIf(energy, by_energy)
       .Help("nearest points, in all coordinates, that are a point's neighbours");
   b.Field("chooser", o.chooser)
-      .OnlyIf(chosen, "instances.search: chosen")
+      .OnlyIf(chosen, "search: chosen")
       .Help("the file of a network that was trained with `method: structure_chooser`");
   b.Field("least_value", o.least_value, Within(0.0, 1.0))
-      .OnlyIf(chosen, "instances.search: chosen")
+      .OnlyIf(chosen, "search: chosen")
       .Help("a structure is taken while the chooser expects it to be worth so much; 0: as many as `most`");
   b.Require(!chosen || !o.chooser.empty() || o.chosen_by != nullptr, "chooser", "a file");
 }

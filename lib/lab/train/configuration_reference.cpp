@@ -72,15 +72,30 @@ constexpr char kMainMethod[] = "diffsac";
 
 std::string Code(const std::string& text) { return "`" + text + "`"; }
 
-/// What a key may be, where its default does not show it.
-std::string LimitsText(const std::string& type) {
-  for (const char* plain :
-       {"a text", "true or false", "a map", "a list of texts", "anything", "a number", "an integer"})
-    if (type == plain) return "";
-  std::string text = type;
-  for (const char* start : {"one of ", "an integer ", "a number or a range [low, high], ", "a number "})
-    if (text.starts_with(start)) text = text.substr(std::string(start).size());
-  return " (" + text + ")";
+std::string KeyText(const std::string& key, const std::string& value) {
+  return Code(value.empty() ? key : key + ": " + value);
+}
+
+/// What a key may be, where its default does not show it: "(one, sequential)", "(>= 0)", "(1 to 1e6)".
+std::string LimitsText(std::string type) {
+  constexpr std::pair<const char*, const char*> kShorter[] = {{"a number or a range [low, high],", ""},
+                                                              {"a list of texts", ""},
+                                                              {"true or false", ""},
+                                                              {"an integer", ""},
+                                                              {"a number", ""},
+                                                              {"a text", ""},
+                                                              {"anything", ""},
+                                                              {"one of ", ""},
+                                                              {" and at most", ", <="},
+                                                              {"of at least", ">="},
+                                                              {"above", ">"},
+                                                              {" from ", ""},
+                                                              {".0e+0", "e"}};
+  if (type == "a map") return "";
+  for (const auto& [text, by] : kShorter)
+    for (std::size_t at; (at = type.find(text)) != std::string::npos;) type.replace(at, std::string(text).size(), by);
+  type.erase(0, type.find_first_not_of(' '));
+  return type.empty() ? "" : " (" + type + ")";
 }
 
 /// Writes keys as lists. A key that was written before is only named.
@@ -114,14 +129,24 @@ class Reference {
                                 : std::all_of(key.children.begin(), key.children.end(), child_known);
   }
 
-  /// The keys whose default is another than where they were written.
-  std::string Changed(const std::string& full, const std::string& group, const OptionDescription& key) const {
+  /// "`a: 1`" of a key, "`b` (`c: 2`)" of a map: with defaults that are others than where they were written.
+  std::string Named(const std::string& path, const std::string& group, const OptionDescription& key) const {
+    if (key.children.empty()) {
+      const bool same = known_.at(IdOf(group, key)).default_value == key.default_value;
+      return KeyText(path + key.key, same ? "" : key.default_value.empty() ? "~" : key.default_value);
+    }
+    return Code(path + key.key) + (Changed("", key).empty() ? "" : " (" + Changed("", key).substr(2) + ")");
+  }
+
+  std::string Changed(const std::string& path, const OptionDescription& map) const {
     std::string text;
-    for (const OptionDescription& child : key.children) text += Changed(full + "." + child.key, key.key, child);
-    if (!key.children.empty()) return text;
-    return known_.at(IdOf(group, key)).default_value == key.default_value
-               ? ""
-               : ", " + Code(full + ": " + (key.default_value.empty() ? "~" : key.default_value));
+    for (const OptionDescription& key : map.children) {
+      const std::string named = Named(path, map.key, key);
+      text += !key.children.empty()           ? Changed(path + key.key + ".", key)
+              : named != Code(path + key.key) ? ", " + named
+                                              : "";
+    }
+    return text;
   }
 
   std::string PlaceOf(const std::string& group, const OptionDescription& key) const {
@@ -135,13 +160,11 @@ class Reference {
       const std::string full = path + key.key;
       if (IsKnown(group, key)) {
         std::string& names = (*before)[PlaceOf(group, key)];
-        const std::string changed = Changed(full, group, key);
-        const bool shown = key.children.empty() && !changed.empty();
-        names += (names.empty() ? "" : ", ") + (shown ? changed.substr(2) : Code(full) + changed);
+        names += (names.empty() ? "" : ", ") + Named(path, group, key);
         continue;
       }
       text_ += std::string(2 * static_cast<std::size_t>(std::count(path.begin(), path.end(), '.')), ' ') + "- " +
-               Code(key.key + (key.default_value.empty() ? "" : ": " + key.default_value)) + LimitsText(key.type);
+               KeyText(key.key, key.default_value) + LimitsText(key.type);
       if (!key.help.empty()) text_ += ": " + key.help;
       if (!key.when.empty()) text_ += "; with " + key.when;
       text_ += "\n";
@@ -193,7 +216,10 @@ void AddTables(Reference* reference) {
       "\n## Methods\n\nA method with a network has a `checkpoint`, whose group `inference` has the defaults of its "
       "other keys.\n");
   const auto& methods = Registry<EstimatorEntry>::Instance();
-  for (const std::string& name : methods.Names()) {
+  std::vector<std::string> names = methods.Names();
+  // What others are told by comes first.
+  std::stable_partition(names.begin(), names.end(), [](const std::string& name) { return name == "ransac"; });
+  for (const std::string& name : names) {
     const EstimatorEntry& entry = methods.Find(name, "");
     reference->Section("### `type: " + name + "`", entry.help, FirstKeys(entry));
   }
