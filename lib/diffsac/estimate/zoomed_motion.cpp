@@ -25,30 +25,23 @@ std::optional<RigidMotion> OtherOf(const NormalizedProblem& solved, const Estima
   FocalEvidence evidence(kUnknown, solved.points(), Eigen::VectorXd::Ones(solved.points().rows()), loss, priors);
   FocalParameters best = estimate.model;
   if (!evidence.Select(best) || !evidence.Refine(&best)) return std::nullopt;
-  const auto at = [&](const FocalParameters& model) { return LogFocals{std::log(model[9]), std::log(model[10])}; };
-  const auto reversed = [&](const FocalParameters& model) -> std::optional<RigidMotion> {
-    std::vector<std::uint8_t> inliers = estimate.inliers;
-    const auto pose = model.allFinite() ? PoseOfEstimate(ModelParameters(model), inliers, solved) : std::nullopt;
-    if (!pose || DirectionAngleDegrees(pose->translation, t) < kLeastDegrees) return std::nullopt;
-    const double behind = Description::LeaveOutBehind(model, *pose, solved, loss.scale, &inliers);
-    return behind <= kMostBehind ? pose : std::nullopt;
-  };
   // Of one unknown length all of the ratio is that one's.
   const double first = kUnknown == UnknownFocal::kSecond ? 0.0 : 0.5;
-  const LogFocals start = at(best);
-  const double top = evidence.At(start, best).log_posterior;
   double least = -std::log(kClearOdds);
   std::optional<RigidMotion> other;
   for (const double sign : {-1.0, 1.0}) {
-    FocalParameters model = best;
+    FocalNode node = evidence.At({std::log(best[9]), std::log(best[10])}, best);
+    const double top = node.log_posterior;
     for (double ratio = kStep; ratio <= kReach; ratio += kStep) {
-      model = evidence.At({start[0] - sign * first * ratio, start[1] + sign * (1.0 - first) * ratio}, model).model;
-      if (!reversed(model)) continue;
-      FocalEvidence with_free_lengths = evidence;
-      if (!with_free_lengths.Refine(&model)) break;
-      const FocalNode node = evidence.At(at(model), model);
-      const auto pose = reversed(node.model);
-      if (!pose || !(node.log_posterior - top > least)) break;
+      node = evidence.At({std::log(best[9]) - sign * first * ratio, std::log(best[10]) + sign * (1.0 - first) * ratio},
+                         node.model);
+      if (!node.model.allFinite()) break;
+      // Between both motions there may be none that explains the matches.
+      if (!(node.log_posterior - top > least)) continue;
+      std::vector<std::uint8_t> inliers = estimate.inliers;
+      const auto pose = PoseOfEstimate(ModelParameters(node.model), inliers, solved);
+      if (!pose || DirectionAngleDegrees(pose->translation, t) < kLeastDegrees) continue;
+      if (Description::LeaveOutBehind(node.model, *pose, solved, loss.scale, &inliers) > kMostBehind) continue;
       other = pose;
       least = node.log_posterior - top;
       break;
