@@ -15,15 +15,14 @@
 namespace diffsac {
 namespace {
 
-/// Chosen on the tuning and training scenes (docs/two_view.md): minimal sets of one unknown focal length, among how
-/// many matches; and by how much, in variances of the matches' noise, the loss may rise before a camera is against
-/// them. Of crops the matches say so with fewer.
+/// Number of minimal samples, maximum number of matches that they are drawn from, and maximum rise of the loss in
+/// variances of the matches' noise. Chosen on the tuning and training scenes (docs/two_view.md).
 constexpr int kDraws = 10;
 constexpr int kMostSearched = 300;
 constexpr double kMostRise = 20.0;
 
-/// Where the matches allow one camera its focal length is surer than MarginaliseFocal says: of the intervals of log f,
-/// this share holds the truth in 68 % of the tuning and training pairs.
+/// Narrows the intervals of MarginaliseFocal, which are too wide for matches that one camera fits: with this share of
+/// their width in log f they contain the truth in 68 % of the tuning and training pairs.
 FocalPosteriors Narrowed(FocalPosteriors posteriors) {
   constexpr double kShare = 0.7;
   for (FocalPosterior& posterior : posteriors)
@@ -42,8 +41,8 @@ std::vector<int> RowsWithin(double reach, const Eigen::VectorXd& residuals, int 
   return rows;
 }
 
-/// Searched among matches that F explains: its own landscape has other optima, and of matches on a plane it is any of
-/// many. The model is the median of the posterior of the focal length.
+/// Searches one focal length among matches that F explains; the model is the median of its posterior. Refining F's own
+/// cameras instead ends in other optima.
 ConsensusResult SearchedCamera(const PointMatrix& points, const Eigen::VectorXd& weights, double unit, const Rng& rng) {
   ConsensusOptions options = RecommendedClassical(Task::kSharedFocal).consensus;
   options.max_iterations = options.min_iterations = kDraws;

@@ -5,10 +5,9 @@
 
 namespace diffsac {
 
-/// Makes what a search for a fundamental matrix found that of two photographs by one camera: square pixels, principal
-/// points in the middles, one focal length of about the images' size. Its median takes the place of F, and its
-/// posterior is found->focal. Leaves F where the matches are against that camera, and of images whose sizes differ or
-/// are unknown.
+/// Replaces the fundamental matrix that a search found by that of one camera: square pixels, principal points at the
+/// image centres, one focal length. The focal length is the median of its posterior, which becomes found->focal. Keeps
+/// the matrix if the matches contradict such a camera, or if the image sizes differ or are unknown.
 void PutCameraBehind(const NormalizedProblem& space, const Rng& rng, ConsensusResult* found);
 
 }  // namespace diffsac

@@ -7,9 +7,9 @@
 
 namespace diffsac {
 
-/// Two views whose focal lengths have an unknown ratio: images grow by a motion ahead as they do by a zoom, so that
-/// another ratio makes of a motion along the optical axis one that goes the other way. That motion, if it is less than
-/// 20 times less likely by matches and prior than the estimate's.
+/// The reversed motion along the optical axis of two views with an unknown ratio of focal lengths. Moving ahead and
+/// zooming enlarge an image alike, so that another ratio can reverse the motion. Returns it if matches and priors make
+/// it less than 20 times less likely than the estimate's.
 std::optional<RigidMotion> MotionOfOtherRatio(const NormalizedProblem& solved, const Estimate& estimate);
 
 }  // namespace diffsac
