@@ -11,10 +11,7 @@
 #include "fuzz/hdf5_edits.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
-#include "lab/data/point_files.h"
-#include "lab/data/synthetic.h"
 #include "lab/data/two_view_test_util.h"
-#include "lab/data/write_point_sets.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
@@ -24,16 +21,7 @@
 namespace diffsac::testing {
 namespace {
 
-// ---- Points and absolute poses.
-
-std::string MakePoints() {
-  const std::string path = WriteScratch("seed.h5", "");
-  SyntheticOptions options;
-  options.num_points = {12, 12};
-  const auto dataset = MakeSynthetic(Task::kPlane, options, 1);
-  WritePointSets(path, {dataset->Get(0), dataset->Get(1)});
-  return ReadFile(path);
-}
+// ---- Absolute poses.
 
 std::string MakePoses() {
   const std::string path = WriteScratch("seed.h5", "");
@@ -52,11 +40,9 @@ std::string MakePoses() {
 }
 
 void RunPoints(const std::string& bytes) {
-  static const std::string files[2] = {MakePoints(), MakePoses()};
+  static const std::string file = MakePoses();
   ByteReader reader(bytes);
-  const std::string path = WriteScratch("scene/scene_points.h5", files[reader.Below(2)]);
-  EditHdf5(path, &reader);
-  Parses({path}, [&] { ReadPointFile(path); });
+  EditHdf5(WriteScratch("scene/scene_points.h5", file), &reader);
   Parses({path, Scratch()},
          [&] { MakeDataset(ConfigFromYaml("{type: absolute_poses, paths: [" + Scratch() + "/scene]}"), 1); });
 }

@@ -178,15 +178,16 @@ class PoseEstimate(Estimate):
 
 @dataclass(frozen=True, eq=False)
 class TwoViewEstimate(PoseEstimate):
-    """F, E or H. The pose is E's."""
+    """F, E or H. The pose is E's. `focal`: F of images of one size, where the matches allow one camera."""
+
+    focal: Optional[Focal]
 
 
 @dataclass(frozen=True, eq=False)
 class UnknownFocalEstimate(TwoViewEstimate):
     """F of two views of unknown focal length. `pose_covariance` is None."""
 
-    focal: Optional[Focal]
-    K1: Floats  # With these focal lengths; the identity unless the status is OK.
+    K1: Floats  # With the focal lengths of `focal`; the identity unless the status is OK.
     K2: Floats
 
 

@@ -48,11 +48,13 @@ def registration_ransac_based_on_correspondence(
     10000 is read, and its confidence."""
     if ransac_n < 3:
         raise ValueError(f"ransac_n: expected 3 or more, got {ransac_n}")
-    points = _points(source, "source"), _points(target, "target")
+    if type(estimation_method).__name__ not in ("NoneType", "TransformationEstimationPointToPoint"):
+        raise NotImplementedError(f"estimation_method: diffsac fits by TransformationEstimationPointToPoint, not by {type(estimation_method).__name__}")
+    points, scaled = (_points(source, "source"), _points(target, "target")), bool(getattr(estimation_method, "with_scaling", False))
     pairs = _pairs(corres, *map(len, points))
     similarity, nearest = _checked(checkers)
     options = {**_criteria(criteria), "max_residual": min(max_correspondence_distance, nearest), **options}
-    return _registered((source, target), points, pairs, max_correspondence_distance, _with_scaling(estimation_method), options, similarity)
+    return _registered((source, target), points, pairs, max_correspondence_distance, scaled, options, similarity)
 
 
 def registration_ransac_based_on_feature_matching(
@@ -186,12 +188,6 @@ def _pairs(corres: Any, first: int, second: int) -> Any:
     return pairs.reshape(-1, 2)
 
 
-def _with_scaling(method: Any) -> bool:
-    if method is not None and type(method).__name__ != "TransformationEstimationPointToPoint":
-        raise NotImplementedError(f"estimation_method: diffsac fits by TransformationEstimationPointToPoint, not by {type(method).__name__}")
-    return bool(getattr(method, "with_scaling", False))
-
-
 def _checked(checkers: Sequence[Any]) -> Tuple[float, float]:
     """The greatest similarity of edges that is asked for, and the least distance."""
     given = {"CorrespondenceCheckerBasedOnEdgeLength": [0.0], "CorrespondenceCheckerBasedOnDistance": [np.inf]}
@@ -199,7 +195,7 @@ def _checked(checkers: Sequence[Any]) -> Tuple[float, float]:
         name = type(checker).__name__
         if name not in given:
             raise NotImplementedError(f"checkers: diffsac checks edge lengths and distances, and has no {name}")
-        given[name].append(getattr(checker, "similarity_threshold", getattr(checker, "distance_threshold", None)))
+        given[name].append(getattr(checker, "similarity_threshold", getattr(checker, "distance_threshold", np.nan)))
     lengths, distances = given.values()
     return max(lengths), min(distances)
 

@@ -1,7 +1,6 @@
 """The motion between two point clouds, by matches of them, or between every two scans of a folder.
 
     python -m diffsac.register a.ply b.ply                             R and t with y = R x + t; aligned.ply
-    python -m diffsac.register a.ply b.ply --voxel 0.05 --json ab.json
     python -m diffsac.register scans --output graph                    all pairs of a folder: registrations.csv, pose_graph.g2o
     python -m diffsac.register --from-matches m.csv --task similarity  your own matches: x1 y1 z1 x2 y2 z2 [ratio]
 
@@ -66,7 +65,7 @@ class Found:
         given, (x, y, z) = np.asarray(self.estimate.pose_covariance), (self.scale or 1.0) * self.motion[:3, :3] @ lever
         change = np.eye(len(given))
         change[3:6, :3], change[3:6, 6:] = [[0, -z, y], [z, 0, -x], [-y, x, 0]], [[-x], [-y], [-z]]
-        return change @ given @ change.T
+        return np.asarray(change @ given @ change.T)
 
 
 def estimated(x: Floats, y: Floats, scaled: bool, options: Dict[str, Any], origin: Optional[Floats] = None) -> Found:
@@ -228,56 +227,45 @@ def told(found: Found) -> Tuple[str, Dict[str, Any]]:
     return text, values
 
 
-def write(path: str, content: Any) -> None:
-    """Text, or values as JSON, with null for what is not finite."""
-    if not isinstance(content, str):
-        content = {key: None if isinstance(one, float) and not math.isfinite(one) else one for key, one in content.items()}
-        content = json.dumps(content, indent=2, ensure_ascii=False, default=np.ndarray.tolist) + "\n"
-    pathlib.Path(f"{path}.part").write_text(content, encoding="utf-8")
+def write(path: str, text: str) -> None:
+    pathlib.Path(f"{path}.part").write_text(text, encoding="utf-8")
     os.replace(f"{path}.part", path)
 
 
-def run_matches(options: argparse.Namespace) -> bool:
+def run_matches(options: argparse.Namespace) -> Tuple[str, Dict[str, Any]]:
     x, y, quality = read_matches(options.from_matches)
     given = {**quality, "seed": options.seed, "max_residual": options.max_distance}
-    if options.several:
-        several = diffsac.estimate_multiple_rigid_motions(x, y, **given)
-        counts, motions = np.bincount(several.assignment, minlength=len(several.models) + 1), [matrix(model) for model in several.models]
-        text = "".join(f"rigid motion {k + 1}: {counts[k + 1]} matches\n{transform_text(motion)}" for k, motion in enumerate(motions))
-        text = counts_text(len(x), several) + (text if several.ok else f"no motion: {several.status.value}\n")
-        each = [{"rotation": motion[:3, :3], "translation": motion[:3, 3]} for motion in motions]
-        values, ok = {"file": options.from_matches, "status": several.status.value, "motions": each, "assignment": several.assignment}, several.ok
-    else:
+    if not options.several:
         found = estimated(x, y, options.task == "similarity", given)
         e, (text, values) = found.estimate, told(found)
         other = {} if e.ambiguous_pose is None else {"ambiguous_motion": vars(e.ambiguous_pose)}
         values = {"file": options.from_matches, "task": options.task or "rigid", **values, **other, "inlier_threshold": e.inlier_threshold}
-        values, ok = {**values, "inlier_rows": np.flatnonzero(e.inliers), "posteriors": e.posteriors}, e.ok
-    print(text, end="", flush=True)
-    if options.json:
-        write(options.json, values)
-    return bool(ok)
+        return text, {**values, "inlier_rows": np.flatnonzero(e.inliers), "posteriors": e.posteriors}
+    several = diffsac.estimate_multiple_rigid_motions(x, y, **given)
+    counts, motions = np.bincount(several.assignment, minlength=len(several.models) + 1), [matrix(model) for model in several.models]
+    text = "".join(f"rigid motion {k + 1}: {counts[k + 1]} matches\n{transform_text(motion)}" for k, motion in enumerate(motions))
+    each = [{"rotation": motion[:3, :3], "translation": motion[:3, 3]} for motion in motions]
+    values = {"file": options.from_matches, "status": several.status.value, "motions": each, "assignment": several.assignment}
+    return counts_text(len(x), several) + (text if several.ok else f"no motion: {several.status.value}\n"), values
 
 
-def run_two(options: argparse.Namespace) -> bool:
+def run_two(options: argparse.Namespace) -> Tuple[str, Dict[str, Any]]:
     output = "aligned.ply" if options.output is None else options.output
     first, second = read_scans(options.scans, options)
     found = register(first, second, options.max_distance, options.seed)
-    text, values = told(found)
-    print(f"voxel: {numbers([options.voxel])}\n{first.text}{second.text}{text}", end="", flush=True)
-    ok, (one, two, before) = found.estimate.ok, found.overlap
-    if ok:
-        print(f"overlap: {100 * one:.0f} % of the first, {100 * two:.0f} % of the second; RMSE {found.rmse:.2g} (before ICP {100 * before:.0f} % of the first)")
+    (text, values), (one, two, before) = told(found), found.overlap
+    text = f"voxel: {numbers([options.voxel])}\n{first.text}{second.text}{text}"
+    if found.estimate.ok:
+        text += f"overlap: {100 * one:.0f} % of the first, {100 * two:.0f} % of the second; RMSE {found.rmse:.2g} "
+        text += f"(before ICP {100 * before:.0f} % of the first)\n"
         values.update(overlap=[one, two], rmse=found.rmse, hold=found.hold)
-    if options.json:
-        write(options.json, {"first": options.scans[0], "second": options.scans[1], **values})
-    if ok and output:
+    if found.estimate.ok and output:
         part = f"{output}.part{pathlib.Path(output).suffix}"
         if not open3d().io.write_point_cloud(part, read_cloud(options.scans[0])[0].transform(found.motion)):
             raise ValueError(f"{output}: cannot be written; expected a name that ends as one of {', '.join(ENDINGS)}")
         os.replace(part, output)
-        print(f"moved: {output}")
-    return bool(ok)
+        text += f"moved: {output}\n"
+    return text, {"first": options.scans[0], "second": options.scans[1], **values}
 
 
 def pose_graph(scans: List[SimpleNamespace], pairs: List[Tuple[int, int, Found]]) -> str:
@@ -373,7 +361,12 @@ def main(arguments: Optional[Sequence[str]] = None) -> int:
     try:
         if len(options.scans) == 1:
             return run_folder(options)
-        return 0 if (run_two if options.scans else run_matches)(options) else 1
+        text, values = (run_two if options.scans else run_matches)(options)
+        print(text, end="", flush=True)
+        if options.json:
+            values = {key: None if isinstance(one, float) and not math.isfinite(one) else one for key, one in values.items()}
+            write(options.json, json.dumps(values, indent=2, ensure_ascii=False, default=np.ndarray.tolist) + "\n")
+        return 0 if values["status"] == "ok" else 1
     except (ValueError, OSError, ImportError) as error:
         print(f"diffsac.register: {error}", file=sys.stderr)
         return 2

@@ -33,14 +33,11 @@ struct AbsolutePosesOptions {
   std::vector<std::string> paths;
   double inlier_threshold_px = 4.0;
   PairFilter filter;
-  NonFinitePoints non_finite = NonFinitePoints::kDrop;
 
   void Bind(OptionsBinder& b) {
     b.Field("paths", paths).Help("scenes of `data_tools/convert.py colmap_points`, or folders of them");
     b.Field("inlier_threshold_px", inlier_threshold_px, Positive()).Help("ε, of the reprojection error, pixels");
     b.Field("max_ratio", filter.max_ratio, Limits{0.0, 1.0, true}).Help("only matches of at most this ratio");
-    b.Field("non_finite", non_finite)
-        .Help("points with a value that is no finite number: left out, with one warning an image, or an error");
     b.Require(!paths.empty(), "paths", "a list of folders");
   }
 };
@@ -90,7 +87,7 @@ class AbsolutePoses : public Dataset {
         const std::string name = file.getObjnameByIdx(i);
         const std::string place = path + ":/" + name;
         Example example = ReadImage(file.openGroup(name), options.inlier_threshold_px, place);
-        example = Filtered(WithFinitePoints(std::move(example), options.non_finite, place), options.filter);
+        example = Filtered(WithFinitePoints(std::move(example), place), options.filter);
         example.index = examples_.size();
         example.scene = scene.name;
         example.id = scene.name + "/" + name;

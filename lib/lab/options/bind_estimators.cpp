@@ -25,7 +25,7 @@ void BindSearch(OptionsBinder& b, Options& o) {
   b.Field("instances", o.instances).Help("whether several models are looked for, and how");
   b.Field("search_again", o.search_again).Help("whether a first search that leaves doubts is followed by a second one");
   b.Field("photographs", o.photographs)
-      .Help("F, images of known size: of cameras with square pixels and usual focal lengths");
+      .Help("F, images of equal sizes: of one camera with square pixels and a usual focal length");
 }
 
 }  // namespace

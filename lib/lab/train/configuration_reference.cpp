@@ -57,9 +57,8 @@ is itself a configuration. An unknown key, a wrong type, a value out of range or
 nearest key. Rows are named in the order of the table. The block `report` is for `scripts/report` alone ([report.md](report.md)): title,
 notes, comparisons, strata, the paper's values, figures. Changing it, or a label, measures nothing anew.
 
-Paths in a file (`include`, `checkpoint`, `start_from`, `chooser`, `paths`, `root`, `folder`) are relative to that file. But for `include`,
-what is not there is looked for in the current folder, as what `--set` gives is, and what begins with `models/` then in `$DIFFSAC_MODELS`
-and in `share/diffsac/models` beside the program, and last in the library. Where nothing is found, the message names every place.
+Paths in a file are relative to it. What is not there is looked for in the current folder, and what begins with `models/` then in
+`$DIFFSAC_MODELS`, in `share/diffsac/models` beside the program and in the library; a message names every place.
 
 # Keys
 
@@ -106,9 +105,9 @@ class Reference {
   void Section(const std::string& heading, const std::string& help, const Descriptions& keys) {
     text_ += "\n" + heading + "\n\n" + help + "\n\n";
     place_ = heading.substr(heading.find(' ') + 1);
-    std::map<std::string, std::string> before;
-    Write("", "", keys, &before);
-    for (const auto& [place, names] : before) text_ += "- As of " + place + ": " + names + ".\n";
+    Earlier earlier;
+    Write("", "", keys, &earlier);
+    for (const auto& [place, names] : earlier) text_ += "- As of " + place + ": " + ListOf(place, names) + ".\n";
   }
 
   const std::string& text() const { return text_; }
@@ -117,6 +116,25 @@ class Reference {
   struct Known {
     std::string place, default_value;
   };
+  /// Keys that were written before, by place: as they are named, and with defaults that are others than there.
+  using Earlier = std::map<std::string, std::vector<std::pair<std::string, std::string>>>;
+
+  /// "`a`, `b: 2`", or where most of the keys of that place are there "all but `c`; `b: 2`".
+  std::string ListOf(const std::string& place, const Earlier::mapped_type& names) const {
+    const auto own = own_keys_.find(place);
+    std::string list, missing, changed;
+    std::size_t lacking = 0;
+    for (const std::string& key : own == own_keys_.end() ? std::vector<std::string>() : own->second) {
+      if (std::any_of(names.begin(), names.end(), [&](const auto& name) { return name.first == key; })) continue;
+      missing += (lacking++ == 0 ? " but " : ", ") + key;
+    }
+    for (const auto& [name, text] : names) {
+      list += (list.empty() ? "" : ", ") + text;
+      if (text != name) changed += (changed.empty() ? "; " : ", ") + text;
+    }
+    const std::string shorter = "all" + missing + changed;
+    return own != own_keys_.end() && lacking < own->second.size() && shorter.size() < list.size() ? shorter : list;
+  }
 
   /// `group`: the key of the map that holds it.
   static std::string IdOf(const std::string& group, const OptionDescription& key) {
@@ -154,13 +172,11 @@ class Reference {
   }
 
   /// `path`: of the map, with a dot behind.
-  void Write(const std::string& path, const std::string& group, const Descriptions& keys,
-             std::map<std::string, std::string>* before) {
+  void Write(const std::string& path, const std::string& group, const Descriptions& keys, Earlier* earlier) {
     for (const OptionDescription& key : keys) {
       const std::string full = path + key.key;
       if (IsKnown(group, key)) {
-        std::string& names = (*before)[PlaceOf(group, key)];
-        names += (names.empty() ? "" : ", ") + Named(path, group, key);
+        (*earlier)[PlaceOf(group, key)].emplace_back(Code(full), Named(path, group, key));
         continue;
       }
       text_ += std::string(2 * static_cast<std::size_t>(std::count(path.begin(), path.end(), '.')), ' ') + "- " +
@@ -168,13 +184,15 @@ class Reference {
       if (!key.help.empty()) text_ += ": " + key.help;
       if (!key.when.empty()) text_ += "; with " + key.when;
       text_ += "\n";
+      if (path.empty()) own_keys_[place_].push_back(Code(key.key));
       if (key.children.empty()) known_[IdOf(group, key)] = {place_, key.default_value};
-      Write(full + ".", key.key, key.children, before);
+      Write(full + ".", key.key, key.children, earlier);
     }
   }
 
   std::string text_, place_;
   std::map<std::string, Known> known_;
+  std::map<std::string, std::vector<std::string>> own_keys_;  ///< Of a place, those that were written there.
 };
 
 void AddTraining(Reference* reference) {
