@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "diffsac/geometry/calibration.h"
+#include "diffsac/problem/within_size.h"
 #include "diffsac/ransac/consensus_options.h"
 
 namespace diffsac {
@@ -12,11 +13,21 @@ namespace {
 const double kAnyLogSigma = ConsensusOptions().focal_log_sigma;
 constexpr int kFocalIterations = 1000;
 
+/// Unknown where the lens, which was taken out, had many points beyond it.
+ImageSize SizeWithin(const ImageSize& size, const Points2DView& points) {
+  try {
+    RequireWithin(size, points, "size");
+    return size;
+  } catch (const Error&) {
+    return {};
+  }
+}
+
 Matches MatchesOf(const Problem& problem) {
   Matches matches{.points1 = problem.points.leftCols(2),
                   .points2 = problem.points.rightCols(2),
-                  .size1 = problem.size1,
-                  .size2 = problem.size2,
+                  .size1 = SizeWithin(problem.size1, problem.points.leftCols(2)),
+                  .size2 = SizeWithin(problem.size2, problem.points.rightCols(2)),
                   .scale_rotation_changes = problem.scale_rotation_changes};
   if (problem.scored)
     matches.scores = 1.0 - problem.snn_ratio.array();
