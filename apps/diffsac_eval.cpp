@@ -13,7 +13,6 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
 #include "lab/eval/evaluate.h"
-#include "lab/torch/process_group.h"
 
 namespace {
 
@@ -35,11 +34,12 @@ Examples:
   diffsac_eval --config points.yaml --output runs/scan        your own points: docs/points.md
   diffsac_eval --config configs/tables/line.yaml --methods diffsac,ransac_1000 --set seed=2
   diffsac_eval --config configs/tables/line.yaml --checkpoint runs/my_line/checkpoints/best.safetensors
+  python3 scripts/report runs/line                            report.html, tables and pictures of a run
   python3 scripts/report/compare.py runs/a runs/b
 
-The run's folder gets report.html (for a browser), table.md, results.csv, problems.csv, estimates.h5 and pictures.
-Documentation: README.md; docs/configuration.md has every key of a configuration, docs/report.md explains the report,
-docs/metrics.md the numbers, docs/estimates.md the estimates.
+The run's folder gets problems.csv (a line a problem and method), estimates.h5 and run.json (what was run, on what).
+Documentation: README.md; docs/configuration.md has every key of a configuration, docs/report.md explains the folder
+and the report, docs/metrics.md the numbers, docs/estimates.md the estimates.
 )";
 
 /// What to run, and on what.
@@ -72,6 +72,8 @@ void AddRunOptions(CLI::App* app, diffsac::EvalRequest* request) {
 /// Where results go.
 void AddOutputOptions(CLI::App* app, diffsac::EvalRequest* request) {
   app->add_option("--output", request->output, "Run folder (default: runs/NAME, the experiment's name)");
+  app->add_option("--shard", request->shard,
+                  "i/n: only this part of the problems; scripts/report/merge.py joins the n folders");
   auto* update =
       app->add_flag("--update", request->update, "Nothing is done where the run folder holds these results already");
   auto* database =
@@ -84,43 +86,13 @@ void AddOutputOptions(CLI::App* app, diffsac::EvalRequest* request) {
   update->excludes(database);
 }
 
-/// Work that is shared, and what is made of finished runs.
-void AddJoiningOptions(CLI::App* app, diffsac::EvalRequest* request, double* timeout_s) {
-  const char* shared = "Several processes";
-  app->add_option("--shard", request->shard, "i/n: only this part of the problems; join all n with --merge")
-      ->group(shared);
-  app->add_option("--group-timeout", *timeout_s, "Seconds that processes wait for each other")
-      ->check(diffsac::NumberAbove(0))
-      ->group(shared);
-  const char* finished = "Finished runs, instead of --config";
-  app->add_option("--merge", request->merge, "FOLDER...: joins the folders of all shards into --output")
-      ->group(finished);
-}
-
-/// What is made of finished runs goes with few of the other options. CLI11's own exclusions would name them all in
-/// --help.
-void CheckAlone(const CLI::App& app) {
-  if (app.count("--merge") == 0) return;
-  for (const CLI::Option* option : app.get_options())
-    if (option->count() > 0 && option->get_name() != "--merge" && option->get_name() != "--output")
-      throw CLI::ExcludesError("--merge", option->get_name());
-}
-
-int Run(const CLI::App& app, diffsac::EvalRequest request, double timeout_s) {
-  CheckAlone(app);
-  if (request.merge.empty() && request.config_path.empty()) throw CLI::RequiredError("--config");
-  if (!request.config_path.empty())
-    request.config_path = diffsac::NamedConfiguration(request.config_path, "configs/tables");
+int Run(const CLI::App& app, diffsac::EvalRequest request) {
+  if (request.config_path.empty()) throw CLI::RequiredError("--config");
+  request.config_path = diffsac::NamedConfiguration(request.config_path, "configs/tables");
   if (app.count("--device") > 0) request.training_device = request.context.device;
   if (request.context.threads > 0) at::set_num_threads(request.context.threads);
   diffsac::StopOnSignals();
-  const auto group = diffsac::JoinProcessGroup(timeout_s);
-  if (group) {
-    request.group = diffsac::WorkGroup{group->rank(), group->size(), diffsac::DefaultThreads(group->place()),
-                                       [&](const std::string& text) { return group->Gather(text); }};
-    request.context.device = diffsac::LocalDevice(group->place(), request.context.device);
-  }
-  diffsac::InitLogging("", group && !group->main());
+  diffsac::InitLogging();
   return diffsac::Evaluate(request, Trace, diffsac::stop_requested, std::cout);
 }
 
@@ -129,14 +101,12 @@ int Run(const CLI::App& app, diffsac::EvalRequest request, double timeout_s) {
 int main(int argc, char** argv) {
   diffsac::WaitPassively(argv);
   diffsac::KeepFreedMemory();
-  CLI::App app{"Runs the methods of an experiment on its data, prints the table and writes a report"};
+  CLI::App app{"Runs the methods of an experiment on its data, prints the table and keeps every problem"};
   app.option_defaults()->always_capture_default();
   app.footer(std::string(kExamples) + diffsac::kExitCodesHelp);
   diffsac::EvalRequest request;
-  double timeout_s = diffsac::kGroupTimeoutSeconds;
   app.set_version_flag("--version", diffsac::VersionText("diffsac_eval"));
   AddRunOptions(&app, &request);
   AddOutputOptions(&app, &request);
-  AddJoiningOptions(&app, &request, &timeout_s);
-  return diffsac::RunProgram("diffsac_eval", &app, argc, argv, [&] { return Run(app, request, timeout_s); });
+  return diffsac::RunProgram("diffsac_eval", &app, argc, argv, [&] { return Run(app, request); });
 }

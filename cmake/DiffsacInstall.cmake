@@ -63,7 +63,8 @@ set(_share ${CMAKE_INSTALL_DATADIR}/diffsac)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${_share} COMPONENT programs)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/scripts/report DESTINATION ${_share} COMPONENT programs
   PATTERN "__pycache__" EXCLUDE)
-install(FILES ${PROJECT_SOURCE_DIR}/data_tools/convert.py DESTINATION ${_share} COMPONENT programs)
+file(GLOB _converters ${PROJECT_SOURCE_DIR}/data_tools/*.py)
+install(FILES ${_converters} DESTINATION ${_share} COMPONENT programs)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/models DESTINATION ${_share} COMPONENT lab FILES_MATCHING PATTERN "model.safetensors"
   PATTERN "xfeat/*")
 

@@ -36,7 +36,9 @@ struct ImageOptions {
   /// F: what is known of the cameras if the images' sizes are given. Cameras that the matches contradict (a crop, say)
   /// are not used.
   Cameras cameras = Cameras::kPhotographs;
-  std::uint64_t seed = 0;  ///< Seed of the random samples.
+  std::optional<FocalPrior> prior = {};   ///< F of photographs: as FocalOptions'.
+  std::optional<FocalPrior> prior2 = {};  ///< F of photographs: of the second image. Default: `prior`.
+  std::uint64_t seed = 0;                 ///< Seed of the random samples.
 };
 
 /// Options for lines and planes.

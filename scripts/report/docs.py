@@ -25,22 +25,17 @@ import json
 import os
 import re
 import subprocess
-import sys
 
 import yaml
 
-from files import write_whole
+from files import BadInput, run_script, write_whole
 from page import DIGEST, digest_line
-from tables import Row, Table, markdown_table
+from tables import Table, markdown_table
 
 MARK = re.compile(r"<!-- (figure|claim|evidence|figures): (.*?) -->", re.S)
 ENDS = {"figure": "<!-- / -->", "claim": "<!-- / -->", "evidence": "<!-- /evidence -->", "figures": "<!-- /figures -->"}
 NUMBER = re.compile(r"[-+]?[0-9]*\.?[0-9]+")
 PAPER_ROWS = (" (paper, other data)", " (published)")
-
-
-class Bad(Exception):
-    pass
 
 
 def find(names, name, where):
@@ -50,7 +45,7 @@ def find(names, name, where):
     found = [i for i, one in enumerate(names) if one.startswith(name)]
     if len(found) == 1:
         return found[0]
-    raise Bad(f"{where}{' has several that begin with' if found else ' has no'} '{name}', but: {'; '.join(names)}")
+    raise BadInput(f"{where}{' has several that begin with' if found else ' has no'} '{name}', but: {'; '.join(names)}")
 
 
 class Page:
@@ -62,7 +57,7 @@ class Page:
             with open(path, encoding="utf-8") as file:
                 content = json.load(file)
         except (OSError, ValueError) as error:
-            raise Bad(f"{path}: {error}") from None
+            raise BadInput(f"{path}: {error}") from None
         self.tables = [Table.of_json(table) for table in content["tables"]]
         self.facts = content["facts"]
 
@@ -116,7 +111,7 @@ class Figures:
     def definition(self, kind, name):
         found = (self.definitions.get(kind) or {}).get(name)
         if not found:
-            raise Bad(f"{self.path}: no {kind}.{name}")
+            raise BadInput(f"{self.path}: no {kind}.{name}")
         self.unused.discard((kind, name))
         return found
 
@@ -130,7 +125,7 @@ class Figures:
             columns = place.get("columns") or [place["column"]]
             return "/".join(without_leading_zero(self.page(place["page"]).cell(place["table"], place["row"], column)) for column in columns)
         except KeyError as error:
-            raise Bad(f"{self.path}: {place} has no {error}") from None
+            raise BadInput(f"{self.path}: {place} has no {error}") from None
 
     def shown(self, place):
         value = self.value(place)
@@ -142,7 +137,7 @@ class Figures:
             value = self.value(place)
             interval = re.match(r"\s*[-+.0-9]+ \[([-+.0-9]+), ([-+.0-9]+)\]", value)
             if not interval:
-                raise Bad(f"{self.path}: claims.{name}: '{value}' is no difference with its interval")
+                raise BadInput(f"{self.path}: claims.{name}: '{value}' is no difference with its interval")
             side = 1 if float(interval[1]) > 0 else -1 if float(interval[2]) < 0 else 0
             yield place, value, -side if place.get("swapped") == "yes" else side
 
@@ -171,7 +166,7 @@ class Figures:
         for row in definition["rows"]:
             cells = row.get("cells") or [self.shown({**column, **row}) for column in columns]
             if len(cells) != len(columns):
-                raise Bad(f"{self.path}: tables.{name}: a row has {len(cells)} cells, the table {len(columns)} columns")
+                raise BadInput(f"{self.path}: tables.{name}: a row has {len(cells)} cells, the table {len(columns)} columns")
             table.add([row["title"], *cells])
         if "best" in definition:
             for column in range(1, len(table.columns)):
@@ -184,7 +179,7 @@ class Figures:
             kind, name = mark[1], mark[2]
             end = document.find(ENDS[kind], mark.end())
             if end < 0:
-                raise Bad(f"the mark '{mark[0]}' is not closed by '{ENDS[kind]}'")
+                raise BadInput(f"the mark '{mark[0]}' is not closed by '{ENDS[kind]}'")
             before = document[mark.end():end]
             if kind == "figure":
                 now = self.shown(self.definition("figures", name))
@@ -206,8 +201,8 @@ def check_documents(figures, documents, check):
             text = file.read()
         try:
             filled = figures.fill(text)
-        except Bad as error:
-            raise Bad(f"{path}: {error}") from None
+        except BadInput as error:
+            raise BadInput(f"{path}: {error}") from None
         if filled == text:
             continue
         if not check:
@@ -229,11 +224,12 @@ def output_of(*words):
 
 
 def rows_of(program, table):
-    """The labels of the rows that a table's configuration has."""
+    """The labels of the rows that a table's configuration has, those of the paper included."""
     told = output_of(program, "--config", table, "--rows")
     if told.returncode != 0:
-        raise Bad(f"{table}: {told.stderr.strip() or program}")
-    return set(told.stdout.splitlines())
+        raise BadInput(f"{table}: {told.stderr.strip() or program}")
+    with open(table, encoding="utf-8") as file:
+        return {*told.stdout.splitlines(), *((yaml.safe_load(file).get("report") or {}).get("paper") or {})}
 
 
 def page_faults(path, page, table, program):
@@ -330,22 +326,18 @@ def main():
     parser.add_argument("--pages", default="docs/results", help="folder of the pages")
     parser.add_argument("--tables", default="configs/tables", help="folder of their configurations")
     arguments = parser.parse_args()
-    try:
-        if arguments.compare:
-            page, again = map(Page, arguments.compare)
-            found = list(differences(page, again))
-            print("".join(line + "\n" for line in found), end="")
-            print(f"{page.path}: {'other values than those of ' + again.path if found else 'the same values'}")
-            sys.exit(1 if found else 0)
-        figures = Figures(arguments.definitions, arguments.pages)
-        faults = check_documents(figures, arguments.documents, arguments.check)
-        if arguments.check_pages:
-            faults += check_pages(arguments.pages, figures.definitions.get("older_pages") or {}, arguments.tables, arguments.eval)
-        sys.exit(1 if faults else 0)
-    except (Bad, OSError, yaml.YAMLError) as error:
-        print(f"docs: {error}", file=sys.stderr)
-        sys.exit(2)
+    if arguments.compare:
+        page, again = map(Page, arguments.compare)
+        found = list(differences(page, again))
+        print("".join(line + "\n" for line in found), end="")
+        print(f"{page.path}: {'other values than those of ' + again.path if found else 'the same values'}")
+        return 1 if found else 0
+    figures = Figures(arguments.definitions, arguments.pages)
+    faults = check_documents(figures, arguments.documents, arguments.check)
+    if arguments.check_pages:
+        faults += check_pages(arguments.pages, figures.definitions.get("older_pages") or {}, arguments.tables, arguments.eval)
+    return 1 if faults else 0
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -6,10 +6,9 @@ a whole run are named as not made.
 """
 import argparse
 import os
-import sys
 
 import told_tables
-from files import write_whole
+from files import BadInput, run_script, write_whole
 from page import facts_of, picture_beside
 from runs import Run
 from tables import Row, Table, markdown_table
@@ -94,13 +93,13 @@ def main():
     parser.add_argument("--page", help="a Markdown file, with its pictures beside it (default: it is printed)")
     parser.add_argument("--command", help="what the page says that it was written by (default: this call)")
     arguments = parser.parse_args()
-    made = [folder for folder in arguments.folders if os.path.exists(os.path.join(folder, "results.json"))]
+    made = [folder for folder in arguments.folders if os.path.exists(os.path.join(folder, "run.json"))]
     runs = [Run(folder) for folder in made]
     for run in runs:
         if not run.results["effects"]:
-            sys.exit(f"effects: the experiment of '{run.folder}' has no factors")
+            raise BadInput(f"the experiment of '{run.folder}' has no factors")
     if not runs:
-        sys.exit("effects: none of these folders holds a run of diffsac_eval")
+        raise BadInput("none of these folders holds a run of diffsac_eval")
     if arguments.page:
         os.makedirs(os.path.dirname(os.path.abspath(arguments.page)), exist_ok=True)
     text = f"# What decides\n\nWritten by `{arguments.command or 'scripts/report/effects.py ' + ' '.join(arguments.folders)}`. {told_tables.EFFECT_NOTE}\n\n"
@@ -115,4 +114,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -11,6 +11,10 @@ class CannotWrite(Exception):
     """Names the file and the cause."""
 
 
+class BadInput(Exception):
+    """Names the file or folder, and what is wrong with it."""
+
+
 def write_whole(path, content):
     """Text or bytes through a hidden temporary file beside it."""
     data = content.encode(errors="replace") if isinstance(content, str) else content
@@ -37,10 +41,10 @@ def remove(path):
 
 
 def run_script(main, *arguments):
-    """Ctrl-C ends it at once. What cannot be written is one line, and a status that the programs know as bad output."""
+    """Runs a script's main. Bad input is one line and status 2, a file that cannot be written one line and status 4. Ctrl-C ends it at once."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
-        main(*arguments)
-    except CannotWrite as error:
-        print(error, file=sys.stderr)
-        sys.exit(4)
+        sys.exit(main(*arguments))
+    except (CannotWrite, BadInput, OSError) as error:
+        print(f"{os.path.basename(sys.argv[0]).removesuffix('.py')}: {error}", file=sys.stderr)
+        sys.exit(4 if isinstance(error, CannotWrite) else 2)

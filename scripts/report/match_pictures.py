@@ -1,5 +1,4 @@
 """A picture for each kept fit of two views, matches_CONDITION_PAIR_METHOD.png: both images side by side."""
-import math
 import os
 import re
 

@@ -9,9 +9,8 @@ import hashlib
 import io
 import json
 import os
-import sys
 
-from files import write_whole
+from files import run_script, write_whole
 from runs import Run
 from tables import markdown_table
 
@@ -116,12 +115,8 @@ def main():
     parser.add_argument("--page", required=True)
     parser.add_argument("--command", help="what the page says that it was written by (default: this call)")
     arguments = parser.parse_args()
-    try:
-        write_page(arguments.folder, arguments.page, arguments.command or f"scripts/report/page.py {arguments.folder} --page {arguments.page}")
-    except (OSError, KeyError, ValueError) as error:
-        print(f"page: {arguments.folder}: {error}", file=sys.stderr)
-        sys.exit(2)
+    write_page(arguments.folder, arguments.page, arguments.command or f"scripts/report/page.py {arguments.folder} --page {arguments.page}")
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -11,6 +11,8 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 import files  # noqa: E402
+import reliability  # noqa: E402
+from examples import evenly_chosen  # noqa: E402
 
 DPI = 100  # Sizes below are in pixels.
 # Colours that colour-blind readers can tell apart (Okabe and Ito, "Color universal design", 2008). page.css has the same.
@@ -19,7 +21,7 @@ INLIER, WRONG, MISSED, OUTLIER = "#0A9440", "#D81E1E", "#3B8EE0", "#9AA2AB"
 ESTIMATE = "#D55E00"
 _MARKS = ("o", "s", "^", "v", "D", "p", "P", "x", "*", "<", ">", "h", "d", "+")
 _DASHES = ("-", "--", ":", "-.")
-MOST_CURVES, MOST_PANELS, MOST_STEPS, MOST_POINTS, MOST_LINES, MESH_LINES = 12, 4, 8, 5000, 100, 9
+MOST_CURVES, MOST_STEPS, MOST_POINTS, MOST_LINES, MESH_LINES = 12, 8, 5000, 100, 9
 
 plt.rcParams.update({"font.family": "DejaVu Sans", "font.size": 9, "axes.edgecolor": "#404040", "axes.titlesize": 9.5,
                      "axes.grid": True, "grid.color": "#E0E0E0", "axes.axisbelow": True, "legend.frameon": False,
@@ -43,13 +45,6 @@ def _save(figure, folder, name, tight=True):
     plt.close(figure)
     files.write_whole(os.path.join(folder, name + ".png"), out.getvalue())
     return True
-
-
-def evenly_chosen(items, most=MOST_PANELS):
-    """At most so many of these, evenly spread, the first and the last among them."""
-    if len(items) <= most:
-        return list(items)
-    return [items[i * (len(items) - 1) // (most - 1)] for i in range(most)]
 
 
 def _line_style(kind, number):
@@ -245,24 +240,19 @@ def draw_strata(run, strata):
 
 
 def draw_reliability(run):
-    """What probabilities say against how often it is so (reliability.csv): a panel for each of up to four conditions."""
-    import pandas
-
-    if not os.path.exists(run.path("reliability.csv")):
-        return False
-    table = pandas.read_csv(run.path("reliability.csv"), dtype={"method": str, "condition": str, "scene": str})
-    table = table[(table["scene"] == "mean") & table["low"].notna()]
-    if "predicted" not in table or table.empty:
-        return False
+    """What probabilities say against how often it is so: a panel for each of up to four conditions."""
+    table = [row for row in reliability.table_of(run) if row[2] == "mean"]
     names = [one["name"] for one in run.results["conditions"]]
-    conditions = evenly_chosen([c for c, name in enumerate(names) if (table["condition"] == name).any()])
+    conditions = evenly_chosen([c for c, name in enumerate(names) if any(row[1] == name for row in table)])
+    if not conditions:
+        return False
     figure, (row,) = _figure(60 + 460 * len(conditions), 600, 1, len(conditions), layout="constrained")
     for axes, condition in zip(row, conditions):
         axes.plot([0, 1], [0, 1], color="#999999", linestyle="--", linewidth=1)
-        of_condition = table[table["condition"] == names[condition]]
-        for number, method in enumerate(of_condition["method"].unique()):
-            curve = of_condition[of_condition["method"] == method]
-            axes.plot(curve["predicted"], curve["inliers"], marker="o", markersize=3.5, color=SERIES[number % len(SERIES)], label=method)
+        of_condition = [row for row in table if row[1] == names[condition]]
+        for number, method in enumerate(dict.fromkeys(row[0] for row in of_condition)):
+            curve = np.array([row[-2:] for row in of_condition if row[0] == method], float)
+            axes.plot(*curve.T, marker="o", markersize=3.5, color=SERIES[number % len(SERIES)], label=method)
         axes.set(xlim=(0, 1), ylim=(0, 1), aspect="equal", xlabel="probability", ylabel="share of true inliers, mean over scenes")
         axes.set_title(run.condition_title(condition))
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), fontsize=8)
@@ -507,13 +497,13 @@ def draw_fits(run, fits):
     if not fits or not fits.fits or run.results["two_view"]:
         return False
     kept = fits.fits
-    title = f"{fits.json['fits_label']}: {run.results['task']} fits{' (partial)' if run.partial else ''}"
+    title = f"{fits.label}: {run.results['task']} fits{' (partial)' if run.partial else ''}"
     if fits.example(kept[0]).points.shape[1] == 6:
         figure = _draw_all_clouds(run, fits)
         figure.suptitle(title, fontsize=12)
         return _save(figure, run.folder, "fits", tight=False)
     one_condition = len(run.results["conditions"]) == 1
-    columns = min(4, len(kept) if one_condition else max(1, len(kept) // fits.json["qualitative"]))
+    columns = min(4, len(kept) if one_condition else max(1, len(kept) // fits.qualitative))
     rows = -(-len(kept) // columns)
     # Row by row in the grid: the first problem of every condition, then the second.
     seen, ranks = {}, []
@@ -540,9 +530,9 @@ def draw_fits(run, fits):
 
 def draw_confidence(run, fits):
     """Points coloured by one copy's confidence, a panel a step, the most confident ones circled."""
-    if not fits or not fits.json["traces"]:
+    if not fits or not fits.trace:
         return False
-    trace = fits.json["traces"][-1]
+    trace = fits.trace
     points = fits.example(trace).points
     values = [np.array([_number(value) for value in step]) for step in trace["confidence"]]
     if not values or len(values) != len(trace["timesteps"]) or any(len(step) != len(points) for step in values):

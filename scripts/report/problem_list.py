@@ -1,12 +1,10 @@
 """The list of problems of report.html with the pictures of pairs, as report.js reads them."""
 import json
-import os
 
-import h5py
 import numpy as np
 
 import examples
-from match_pictures import found_inliers
+from examples import none_if_nan
 
 MOST_LINES = 30000
 MOST_DETAILS = 2000  # Of more lines only those with a picture have a model in the page.
@@ -36,45 +34,15 @@ def largest_smallest_and_spread(errors, most):
     return np.sort(np.concatenate([order[:largest], np.array(middle, dtype=int), order[len(order) - smallest:]]))
 
 
-class Estimates:
-    """One method on one condition of estimates.h5, in the order of problems.csv."""
-
-    def __init__(self, group):
-        self._columns = {name: group[name][()] for name in ("index", "model", "pose", "sigma", "inliers", "inliers_end")}
-        self._translations = [text.decode() for text in group["degeneracy"][()]] if "degeneracy" in group else []
-        self.at = {index: i for i, index in enumerate(self._columns["index"])}
-
-    def mask(self, i, points):
-        ends, mask = self._columns["inliers_end"], np.zeros(points, dtype=bool)
-        mask[self._columns["inliers"][ends[i - 1] if i else 0:ends[i]]] = True
-        return mask
-
-    def details(self, i, task):
-        """What a line opens beside the numbers of the list; None where nothing is known."""
-        model, pose, noise = (self._columns[name][i] for name in ("model", "pose", "sigma"))
-        model = model[:np.flatnonzero(np.isfinite(model))[-1] + 1] if np.isfinite(model).any() else model[:0]
-        if not len(model) and not np.isfinite(noise):
-            return None
-        known = [None if np.isnan(value) else float(value) for value in pose]
-        details = {"noise": float(noise) if np.isfinite(noise) else None, "model": [float(value) for value in model] or None,
-                   "pose": known if known[0] is not None else None}
-        text = undetermined_text(self._translations[i], task) if self._translations else ""
-        return {**details, "undetermined": text} if text else details
-
-
-def read_estimates(run):
-    """By the numbers of condition and method; empty where the run keeps none."""
-    if not os.path.exists(run.path("estimates.h5")):
-        return {}
-    found = {}
-    with h5py.File(run.path("estimates.h5"), "r") as file:
-        places = {(group.attrs["condition"], group.attrs["method"]): group
-                  for methods in file.values() for group in methods.values()}
-        for (c, m) in run.cells:
-            key = (run.results["conditions"][c]["name"], run.results["methods"][m]["name"])
-            if key in places:
-                found[c, m] = Estimates(places[key])
-    return found
+def details(estimates, i, task):
+    """Returns model, noise and pose that a line of the list opens; None without any."""
+    model, pose, noise = estimates.model(i), estimates.value("pose", i), float(estimates.value("sigma", i))
+    if not len(model) and not np.isfinite(noise):
+        return None
+    known = [none_if_nan(float(value)) for value in pose]
+    told = {"noise": noise if np.isfinite(noise) else None, "model": [float(value) for value in model] or None, "pose": known if known[0] is not None else None}
+    text = undetermined_text(estimates.text("degeneracy", i), task)
+    return {**told, "undetermined": text} if text else told
 
 
 def _number(value):
@@ -92,17 +60,13 @@ class _Names(dict):
 class ProblemList:
     def __init__(self, run):
         self.run = run
-        results, table = run.results, run.problems
-        conditions = {one["name"]: i for i, one in enumerate(results["conditions"])}
-        methods = {one["name"]: i for i, one in enumerate(results["methods"])}
-        table = table.assign(c=table["condition"].map(conditions), m=table["method"].map(methods))
+        results, table = run.results, run.problems.copy()
         table["shown"] = table["error_px" if "threshold_px" in results else "angle_deg"]
         if "misclassified" in table:
             table["shown"] = table["misclassified"].fillna(table["shown"])
         chance = table["log10_nfa"] > 0
         table["status"] = table["status"].str.replace("_", " ")
         table["status"] = table["status"].where(~chance, table["status"] + ", may be chance")
-        table["row"] = table.groupby(["c", "m"]).cumcount()  # Of estimates.h5.
         table["again"] = table.groupby(["c", "m", "id"]).cumcount()  # The names of joined runs occur several times.
         # Conditions one after the other, each as its first method has its problems.
         self.problems = table.sort_values(["c", "m"], kind="stable").drop_duplicates(["c", "id", "again"])[["c", "id", "again", "scene", "points"]]
@@ -129,7 +93,7 @@ class ProblemList:
         results, table = self.run.results, self.table
         most_of_cell = max(8, MOST_LINES // max(1, len(self.run.cells)))
         scenes, statuses = _Names(), _Names()
-        lines, details, left_out = [], {}, 0
+        lines, opened, left_out = [], {}, 0
         for (c, m), cell in table.groupby(["c", "m"], sort=True):
             chosen = largest_smallest_and_spread(cell["shown"].to_numpy(), most_of_cell)
             left_out += len(cell) - len(chosen)
@@ -141,10 +105,10 @@ class ProblemList:
                 if results["structures"]:
                     values += [_number(record["recall"]), str(int(record["structures"]))]
                 values += [str(int(record["inliers"])), str(int(record["hypotheses"])), _number(record["ms_total"])]
-                if of_cell and (len(table) <= MOST_DETAILS or self.pictures[record["problem"]] >= 0):
-                    known = of_cell.details(record["row"], results["task"])
+                if of_cell and record["index"] in of_cell.at and (len(table) <= MOST_DETAILS or self.pictures[record["problem"]] >= 0):
+                    known = details(of_cell, of_cell.at[record["index"]], results["task"])
                     if known:
-                        details[len(lines)] = known
+                        opened[len(lines)] = known
                 lines.append(f"[{','.join(values)}]")
         problems = [[one["id"], scenes.number(one["scene"]), one["c"], one["points"], int(self.pictures[one["problem"]])]
                     for one in self.problems.to_dict("records")]
@@ -152,7 +116,7 @@ class ProblemList:
                  "two_view": results["two_view"], "method": self.ranking, "condition_label": results["condition_label"],
                  "methods": [one["label"] or one["name"] for one in results["methods"]],
                  "conditions": [one["label"] or one["name"] for one in results["conditions"]],
-                 "scenes": list(scenes), "statuses": list(statuses), "problems": problems, "details": details}
+                 "scenes": list(scenes), "statuses": list(statuses), "problems": problems, "details": opened}
         text = json.dumps(facts, ensure_ascii=False, separators=(",", ":"))
         return text[:-1] + ',\n"lines":[' + ",\n".join(lines) + "]}", left_out
 
@@ -199,12 +163,11 @@ class _Photographs:
         return 0
 
 
-def add_pair_pictures(page, problem_list, pairs, fits, estimates):
+def add_pair_pictures(page, problem_list, pairs, estimates):
     """The matches of each pair with the inliers of every method that kept them, true inliers, and the photographs where they are
     known. Returns what is to be said of them."""
     run, notes = problem_list.run, []
     photographs, pictures, known_points = _Photographs(run), [], _Names()
-    kept = {(fit["condition"], fit["method"], fits.example(fit).index): fit for fit in fits.fits} if fits else {}
     for number in range(len(pairs)):
         example = pairs.at(number)
         problem = problem_list.problem_of(example)
@@ -213,14 +176,9 @@ def add_pair_pictures(page, problem_list, pairs, fits, estimates):
         masks, methods, count = [] if example.inliers is None else [example.inliers], [], len(example.points)
         for m in range(len(run.results["methods"])):
             of_cell = estimates.get((example.condition, m))
-            fit = kept.get((example.condition, m, example.index))
             if of_cell and example.index in of_cell.at:
                 masks.append(of_cell.mask(of_cell.at[example.index], count))
-            elif fit:
-                masks.append(found_inliers(fit, count))
-            else:
-                continue
-            methods.append(m)
+                methods.append(m)
         (w1, h1), (w2, h2) = example.size(0), example.size(1)
         packed = point_bytes(example.points, max(w1, h1, w2, h2))
         points = known_points.get(packed)
@@ -234,13 +192,8 @@ def add_pair_pictures(page, problem_list, pairs, fits, estimates):
         problem_list.pictures[problem] = at
     page.json("pictures", json.dumps(pictures, separators=(",", ":")))
     without_room = photographs.add_to(page)
-    label = run.results["methods"][problem_list.ranking]["label"]
-    counts = f"{len(pictures)} of {len(problem_list.problems)} pairs have a picture"
-    if not estimates:
-        notes.append(f"This run kept no estimates (`estimates: false`), so that only {counts}.")
-    elif len(pictures) < len(problem_list.problems):
-        notes.append(f"{counts}: half of them those with the largest errors of {label}, a quarter those with the smallest, the "
-                     "others evenly spread between them.")
+    if len(pictures) < len(problem_list.problems):
+        notes.append(f"{len(pictures)} of {len(problem_list.problems)} pairs have a picture: `examples` says of how many of each condition the points are kept.")
     if without_room:
         notes.append(f"{without_room} photographs had no room: their matches stand on grey.")
     return notes

@@ -1,4 +1,4 @@
-"""Tables as results.json has them, in the forms that they are given."""
+"""Tables, and their Markdown, LaTeX and CSV forms."""
 import csv
 import dataclasses
 import io
@@ -27,8 +27,13 @@ class Table:
             row.best = row.best or [False] * len(row.cells)
         return table
 
-    def to_json(self):
-        return dataclasses.asdict(self)
+    def mark_best(self, column, values, higher=True):
+        """Sets the best value of a column, and those that print the same, in bold. `values` by row; None for rows that do not compete."""
+        told = [(value, row) for value, row in zip(values, self.rows) if value is not None and value == value]
+        texts = [row.cells[column].split(" [")[0] for _, row in told]
+        best = texts[(max if higher else min)(range(len(told)), key=lambda i: told[i][0])] if told else None
+        for text, (_, row) in zip(texts, told):
+            row.best[column] = text == best
 
     def add(self, cells, best=None):
         self.rows.append(Row(list(cells), best or [False] * len(cells)))

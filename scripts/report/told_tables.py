@@ -1,7 +1,8 @@
-"""The tables and notes of a run that results.json has as numbers: comparisons, effects of factors, strata, ours beside the paper's, learned
-rows. Accuracies, errors and costs are tables there already, as the terminal shows them."""
+"""All tables and notes of a run: metrics (metric_tables.py), comparisons, effects of factors, strata, values beside the paper's, learned
+methods."""
+import metric_tables
 from tables import UNKNOWN, Row, Table
-from values import certain, interval_text, known
+from values import certain, fixed, interval_text, known, range_text
 
 EFFECT_NOTE = ("Effects: the first level of a factor with its own mean; of the others the difference from it, or the ratio to it, of the same "
                "problems, averaged over all combinations of the other factors' levels that both have; in bold where the interval leaves 0, or "
@@ -76,15 +77,11 @@ def strata_accuracies(results, strata, condition, heading, columns):
         if at is None:
             continue
         values = [one["accuracies"][at] for one in strata["bins"]]
-        texts = [f"{value['mean']:.3f}" if known(value["mean"]) else UNKNOWN for value in values]
-        ranges = [f"[{value['low']:.3f}, {value['high']:.3f}]" if known(value["low"]) else "" for value in values]
+        texts, ranges = [fixed(value["mean"], 3) for value in values], [range_text(value, 3) for value in values]
         table.rows.append(Row([methods[name]["label"]] + texts, [False] * (len(texts) + 1), [""] + ranges))
-        competing.append(methods[name]["competes"])
-    for column in range(1, len(columns) + 1) if results["conditions"][condition]["rows_share_problems"] else ():
-        told = [row for row, competes in zip(table.rows, competing) if competes and row.cells[column] != UNKNOWN]
-        best = max((row.cells[column] for row in told), key=float, default=None)
-        for row in told:
-            row.best[column] = row.cells[column] == best
+        competing.append([value["mean"] if methods[name]["competes"] else None for value in values])
+    for i in range(len(columns)) if results["conditions"][condition]["rows_share_problems"] else ():
+        table.mark_best(i + 1, [row[i] for row in competing])
     return table
 
 
@@ -134,9 +131,13 @@ def learned_table(results):
     return table
 
 
-def tables_of(results):
+def told_tables(results):
     last = [table for table in (paper_table(results), learned_table(results)) if table.rows]
     return difference_tables(results) + effect_tables(results) + strata_tables(results) + last
+
+
+def tables_of(run):
+    return metric_tables.tables_of(run) + told_tables(run.results)
 
 
 def missing_combinations(results):
@@ -165,7 +166,34 @@ def strata_note(results):
     return text
 
 
-def notes_of(results):
+def chance_note(run):
+    """Counts estimates that may be chance, for problems without truth."""
+    problems, labels = run.problems, [one["label"] for one in run.results["methods"]]
+    unknown = problems["error_px" if run.results["unit"] == "px" else "angle_deg"].isna()
+    told = [f"{labels[m]} {chance.sum()} of {len(chance)}"
+            for (_, m), chance in ((problems["log10_nfa"] > 0) & unknown).groupby([problems["c"], problems["m"]]) if chance.any()]
+    return [f"No more inliers than points of no structure would give: {', '.join(told)}."] if told else []
+
+
+def metric_notes(run):
+    """Notes on the columns of metrics."""
+    results = run.results
+    note = ("hypotheses: models solved or scored, those of features and local optimisation included; ms: milliseconds a problem; both medians over "
+            "all problems.")
+    if results["structures"]:
+        note += " Misclassification: per cent of points with a wrong label, over all problems; recall: share of the true structures that are found."
+    elif any("all_pairs" in cell["metrics"] for cell in results["results"]):
+        note += " Medians of errors and AUC are unweighted means over the scenes, failures are sums."
+    notes = [note]
+    if not all(one["rows_share_problems"] for one in results["conditions"]):
+        notes.append("Rows are of different problems (other seeds or options of generated data), so none is marked as the best.")
+    notes += chance_note(run)
+    if set(results["paper"]) - set(results["paper_of_same_data"]):
+        notes.append('Rows marked "paper, other data" are the paper\'s figures; its data is not public.')
+    return notes
+
+
+def told_notes(results):
     notes = []
     if results["compare"]:
         notes.append("Differences: of the mean over scenes, pairs redrawn within their scene, both methods' values together; in bold where the "
@@ -173,3 +201,7 @@ def notes_of(results):
     if results["effects"]:
         notes += [EFFECT_NOTE] + missing_combinations(results)
     return notes + ([strata_note(results)] if results["strata"] else [])
+
+
+def notes_of(run):
+    return metric_notes(run) + told_notes(run.results)

@@ -1,4 +1,4 @@
-"""Numbers with their intervals as tables show them, and the paired bootstrap."""
+"""Numbers with their intervals as tables show them."""
 import math
 
 from tables import UNKNOWN
@@ -8,6 +8,18 @@ FORMATS = {"value": ("{:.3f}", "{:.3f}"), "difference": ("{:+.3f}", "{:+.3f}"), 
 
 def known(value):
     return value is not None and not math.isnan(value)
+
+
+def fixed(value, digits):
+    """Formats with a fixed number of digits, values from 1e9 on as "1.5e+300"."""
+    if not known(value):
+        return UNKNOWN
+    return f"{value:.{digits}f}" if abs(value) < 1e9 else f"{value:.3g}"
+
+
+def range_text(interval, digits):
+    """Formats an interval as "[0.450, 0.570]", empty if unknown."""
+    return f"[{fixed(interval['low'], digits)}, {fixed(interval['high'], digits)}]" if interval and known(interval["low"]) else ""
 
 
 def interval_text(interval, kind):
@@ -25,14 +37,3 @@ def certain(interval, kind):
         return False
     none = 1 if kind == "ratio" else 0
     return interval["low"] > none or interval["high"] < none
-
-
-def bootstrap(scenes, rounds=1000):
-    """The mean over scenes of their means, with its 95 % interval: problems are redrawn within their scene, always alike."""
-    import numpy
-
-    scenes = [numpy.asarray(scene, float) for scene in scenes]
-    rng = numpy.random.default_rng(0)
-    means = sum(rng.choice(scene, (rounds, len(scene))).mean(1) for scene in scenes) / len(scenes)
-    low, high = numpy.quantile(means, [0.025, 0.975])
-    return {"mean": float(numpy.mean([scene.mean() for scene in scenes])), "low": float(low), "high": float(high)}

@@ -7,11 +7,10 @@ The runs are of diffsac_eval over two views whose poses are known. Prints the pa
 import argparse
 import math
 import os
-import sys
 
 import pandas as pd
 
-from files import run_script, write_whole
+from files import BadInput, run_script, write_whole
 from runs import Run
 from tables import UNKNOWN, Table, markdown_table
 
@@ -94,16 +93,16 @@ def cells_of(run, methods):
     problems = run.problems
     missing = [name for name in NEEDED if name not in problems]
     if missing:
-        raise ValueError(f"{run.folder}: problems.csv has no {', '.join(missing)}: not of two views, or of an earlier version")
+        raise BadInput(f"{run.folder}: problems.csv has no {', '.join(missing)}: not of two views, or of an earlier version")
     problems = problems[problems["pose_deg"].notna() & problems["angle_deg"].notna()]
     problems = problems.assign(verdict=verdicts_of(problems))
-    labels = {one["name"]: one["label"] for one in run.results["methods"]}
+    labels = {one["name"]: one["label"] for one in run.facts["methods"]}
     unknown = [name for name in methods if name not in labels]
     if unknown:
-        raise ValueError(f"{run.folder} has no row {', '.join(unknown)}, but: {', '.join(labels)}")
+        raise BadInput(f"{run.folder} has no row {', '.join(unknown)}, but: {', '.join(labels)}")
     for (condition, method), cell in problems.groupby(["condition", "method"], sort=False):
         if not methods or method in methods:
-            yield [run.results["experiment"], run.results["task"], condition, labels[method]], cell
+            yield [run.facts["experiment"], run.facts["task"], condition, labels[method]], cell
 
 
 def page(runs, methods):
@@ -116,7 +115,7 @@ def page(runs, methods):
             summary.add(names + [share_text(*share) for share in shares(cell)])
             parts.append(f"## {names[1]}: {names[0]}, {names[2]}, {names[3]}\n\n{markdown_table(verdict_table(cell))}")
     if not parts:
-        raise ValueError("no run has a problem whose pose is known")
+        raise BadInput("no run has a problem whose pose is known")
     return (f"# Verdict × truth\n\nA model is right if it is off by at most {RIGHT:g}°, nearly right up to {NEARLY:g}° (the larger of R and t, t of either sign). "
             f"A right pose is taken back where the verdict leaves t open and the pose that is given is off by more than {NEARLY:g}°. A wrong pose has no "
             "warning where the verdict is `determined`, or the row has none (`not tested`). `may be wrong`: `error_probability` is above .5. "
@@ -128,10 +127,7 @@ def page(runs, methods):
 
 
 def main(folders, methods, output):
-    try:
-        text = page([Run(folder) for folder in folders], methods)
-    except (OSError, ValueError) as error:
-        sys.exit(f"verdicts: {error}")
+    text = page([Run(folder) for folder in folders], methods)
     if output:
         os.makedirs(os.path.dirname(output) or ".", exist_ok=True)
         write_whole(output, text)

@@ -17,10 +17,8 @@
 #include "lab/data/point_files.h"
 #include "lab/eval/eval_fixtures.h"
 #include "lab/eval/experiment.h"
-#include "lab/eval/merge.h"
 #include "lab/eval/run_files.h"
 #include "lab/files/files.h"
-#include "lab/images/image_sets.h"
 #include "lab/images/run_pairs.h"
 
 namespace diffsac::testing {
@@ -77,11 +75,7 @@ void ReadSource(const ImageFormat& format, const Bundle& bundle) {
 
 void Read(const Bundle& bundle) {
   const auto& formats = Registry<ImageFormat>::Instance();
-  if (bundle.kind == "sets") {
-    ReadImageSets(Scratch() + "/sets.yaml");
-  } else if (formats.Has(bundle.kind) && formats.Find(bundle.kind, "").read) {
-    ReadSource(formats.Find(bundle.kind, ""), bundle);
-  }
+  if (formats.Has(bundle.kind) && formats.Find(bundle.kind, "").read) ReadSource(formats.Find(bundle.kind, ""), bundle);
 }
 
 void RunScenes(const std::string& bytes) {
@@ -219,71 +213,32 @@ std::vector<std::string> CheckpointSeeds() {
 
 const AddTarget kCheckpoint{"checkpoint", CheckpointSeeds, RunCheckpoint};
 
-// ---- What --merge, --compare and --update read back, as a bundle: `shards` holds one text of records a file, `runs`
-// the folders a/ and b/.
+// ---- What --update reads back: a folder's config.yaml, run.json and problems.csv, as a bundle.
 
-Bundle ShardsSeed() {
-  Bundle bundle{"shards", {}};
-  for (int index = 1; index <= 2; ++index) {
-    ExperimentResults results = MadeUpResults();
-    results.problems = {4, 4};
-    results.shard = {index, 2};
-    for (Cell& cell : results.cells)
-      std::erase_if(cell.records,
-                    [&](const ProblemRecord& r) { return r.index % 2 != static_cast<unsigned>(index - 1); });
-    bundle.files.push_back({"part" + std::to_string(index), ShardRecords(results, "")});
-  }
+Bundle RunSeed() {
+  Bundle bundle{"run", {}};
+  const ExperimentResults results = MadeUpResults();
+  const std::string folder = Scratch() + "/seed";
+  std::filesystem::create_directories(folder);
+  WriteFileAtomically(folder + "/config.yaml", "# program: x\n\n" + WriteExperiment(results.experiment));
+  WriteRun(results, {}, folder);
+  for (const char* name : {"config.yaml", kRunFile, "problems.csv"})
+    bundle.files.push_back({std::string("a/") + name, FilesBelow(folder, name, 1 << 20).at(0)});
   return bundle;
-}
-
-Bundle RunsSeed() {
-  Bundle bundle{"runs", {}};
-  for (const std::string run : {"a", "b"}) {
-    const ExperimentResults results = MadeUpResults();
-    const Report report = MakeReport(results);
-    const std::string folder = Scratch() + "/seed";
-    std::filesystem::create_directories(folder);
-    WriteResults(report, folder);
-    EndResults(report, folder);
-    bundle.files.push_back({run + "/config.yaml", WriteExperiment(results.experiment)});
-    for (const char* name : {"results.json", "problems.csv"})
-      bundle.files.push_back({run + "/" + name, FilesBelow(folder, name, 1 << 20).at(0)});
-  }
-  return bundle;
-}
-
-void Merge(const Bundle& bundle) {
-  std::vector<ShardContent> shards;
-  for (const Bundle::File& file : bundle.files) shards.push_back(ReadShardRecords(file.content, file.name));
-  const ExperimentResults results = MergeShards(std::move(shards), bundle.Find("partial") != nullptr);
-  MarkdownReport(MakeReport(results));
-}
-
-void Compare() {
-  const std::string a = Scratch() + "/a", b = Scratch() + "/b";
-  const ExperimentResults first = ReadRun(a);
-  IsMade(first.experiment, a);
-  ReadRun(b);
-  MarkdownReport(MakeReport(first));
 }
 
 void RunResults(const std::string& bytes) {
   const Bundle bundle = ParseBundle(bytes);
-  std::vector<std::string> names = {"--merge", Scratch()};
+  std::vector<std::string> names = {Scratch()};
   for (const Bundle::File& file : bundle.files) names.push_back(file.name);
-  if (bundle.kind == "runs") {
-    WriteBundle(bundle);
-    Parses(names, Compare);
-  } else {
-    Parses(names, [&] { Merge(bundle); });
-  }
+  WriteBundle(bundle);
+  Parses(names, [&] {
+    const ExperimentOptions experiment = MadeUpResults().experiment;
+    if (IsMade(experiment, {}, {}, Scratch() + "/a")) UpdateCaptions(experiment, Scratch() + "/a");
+  });
 }
 
-const AddTarget kResults{"results",
-                         [] {
-                           return std::vector{BundleText(ShardsSeed()), BundleText(RunsSeed())};
-                         },
-                         RunResults};
+const AddTarget kResults{"results", [] { return std::vector{BundleText(RunSeed())}; }, RunResults};
 
 // ---- A whole configuration of diffsac_eval: YAML, in which lines "#--set KEY=VALUE" are what the command line adds,
 // read as the program does up to where data and networks are opened.

@@ -59,11 +59,12 @@ expect_error "device 'tpu'" train --config configs/line.yaml --import "$hostile"
 [[ ! -e "$own/none" && -s "$own/made/results.json" ]] || fail "a device that is not there changed a run folder"
 
 # Data.
-printf '\211HDF\r\n\032\n\000\000' >"$own/truncated.h5"
-expect_error 'truncated\.h5' evaluate --config configs/tables/line.yaml --methods ransac_20 --output "$own/run" \
-  --set "data={type: point_sets, paths: ['$own/truncated.h5'], inlier_threshold: 0.1}" --set 'sweep=~' --set 'figures={}' --set 'paper={}'
+mkdir "$own/truncated" && printf '\211HDF\r\n\032\n\000\000' >"$own/truncated/matches.h5"
+printf '%s\n' 'name: pairs' 'task: fundamental' "data: {type: correspondences, paths: ['$own/truncated']}" \
+  'methods: {ransac_20: {type: ransac, max_iterations: 20}}' >"$own/pairs.yaml"
+expect_error 'truncated/matches\.h5' evaluate --config "$own/pairs.yaml" --output "$own/run"
 expect_error 'nowhere' evaluate --config configs/tables/line.yaml --methods ransac_20 --output "$own/run" \
-  --set "data={type: point_sets, paths: ['$own/nowhere'], inlier_threshold: 0.1}" --set 'sweep=~' --set 'figures={}' --set 'paper={}'
+  --set "data={type: point_sets, paths: ['$own/nowhere'], inlier_threshold: 0.1}" --set 'sweep=~'
 
 # Output that cannot be written: below a regular file, and on a disk that is full (a file size limit acts alike).
 touch "$own/file"

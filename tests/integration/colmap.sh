@@ -22,7 +22,7 @@ run_expecting 0 colmap exhaustive_matcher --database_path "$database" --SiftMatc
 run_expecting 0 prepare pairs --format colmap_database --input "$database" --output "$own/pairs" --ratios --threads 1
 for file in matches match_conf match_indices K1_K2 sizes; do expect_file "$own/pairs/database/$file.h5"; done
 expect_error '6 of the 6 pairs have a two-view geometry already; --export-overwrite' "${verify[@]}" "$database"
-expect_file "$own/run/results.json"
+expect_file "$own/run/run.json"
 colmaps=$(sql "SELECT sum(rows) FROM two_view_geometries")
 sql "DELETE FROM two_view_geometries" >/dev/null
 run_expecting 0 "${verify[@]}" "$database"

@@ -20,6 +20,8 @@ train() { "$build/bin/diffsac_train" "$@"; }
 evaluate() { "$build/bin/diffsac_eval" "$@"; }
 prepare() { "$build/bin/diffsac_prepare" "$@"; }
 fail() { echo "FAILED: $*" >&2; exit 1; }
+# report SCRIPT ARGUMENTS...: of scripts/report; an empty SCRIPT makes the tables and pictures of a folder.
+report() { "$(report_python)" "scripts/report/$1" "${@:2}"; }
 expect_file() { local file; for file in "$@"; do [[ -s "$file" ]] || fail "missing or empty: $file"; done; }
 
 # A network and a run small enough for a few seconds.
@@ -43,6 +45,7 @@ run_expecting() {
 # expect_error PATTERN PROGRAM ARGUMENTS...: exit status 2 and one line of the program's on stderr that has PATTERN.
 expect_error() {
   local pattern=$1 name="diffsac_${2/evaluate/eval}"
+  name=${name/diffsac_convert/convert}  # A script.
   shift
   run_expecting 2 "$@"
   local lines
@@ -52,8 +55,16 @@ expect_error() {
   ! grep -qiE 'terminate called|segmentation|backtrace' "$own/err" || { cat "$own/err" >&2; fail "a crash: $*"; }
 }
 
-# same_results RUN_A RUN_B WHAT: what their results.csv say is the same but for times; else WHAT went wrong.
-same_results() { diff <(grep -v ',ms_' "$1/results.csv") <(grep -v ',ms_' "$2/results.csv") || fail "$3"; }
+# same_results RUN_A RUN_B WHAT: what their problems.csv say is the same but for times; else WHAT went wrong.
+same_results() { diff <(without_times "$1") <(without_times "$2") || fail "$3"; }
+without_times() {
+  python3 - "$1/problems.csv" <<'PYTHON'
+import csv, sys
+rows = list(csv.reader(open(sys.argv[1])))
+for row in rows:
+    print(*(value for name, value in zip(rows[0], row) if not name.startswith("ms_")), sep=",")
+PYTHON
+}
 
 # same_network RUN_A RUN_B WHAT: the networks of both trainings estimate the same.
 same_network() {

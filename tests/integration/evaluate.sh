@@ -8,9 +8,7 @@ grep -q -- --checkpoint "$own/out" || fail "--help does not name --checkpoint"
 table=(--config configs/tables/line.yaml --checkpoint "$tiny_model" --methods diffsac,ransac_20,oracle --limit 6 --device cpu)
 run_expecting 0 evaluate "${table[@]}" --threads 1 --output "$own/one"
 run_expecting 0 evaluate "${table[@]}" --threads 2 --output "$own/two"
-expect_file "$own"/one/{config.yaml,results.json,results.csv,problems.csv,table.md,table.tex}
-ls "$own"/one/*.png >/dev/null || fail "no picture"
-head -n 1 "$own/one/results.csv" | grep -qx 'experiment,dataset,scene,condition,method,metric,value' || fail "results.csv's header"
+expect_file "$own"/one/{config.yaml,run.json,problems.csv,estimates.h5}
 # Six problems, three methods, nine conditions, a header.
 lines=$(wc -l <"$own/one/problems.csv")
 ((lines == 6 * 3 * 9 + 1)) || fail "problems.csv has $lines lines"
@@ -18,13 +16,19 @@ same_results "$own/one" "$own/two" "threads change results"
 
 # Shards, joined, are the whole.
 for i in 1 2 3; do run_expecting 0 evaluate "${table[@]}" --threads 1 --shard "$i/3" --output "$own/shard$i"; done
-run_expecting 0 evaluate --merge "$own"/shard{2,3,1} --output "$own/merged"
-expect_file "$own"/merged/{config.yaml,results.json,results.csv,problems.csv,table.md,table.tex}
-same_results "$own/one" "$own/merged" "shards change results"
-diff <(cd "$own/one" && ls) <(cd "$own/merged" && ls) || fail "a merged folder has other files"
-expect_error 'shard 2/3 is missing' evaluate --merge "$own"/shard{1,3} --output "$own/other"
-expect_error 'both shard 1/3' evaluate --merge "$own"/shard{1,1,2,3} --output "$own/other"
-expect_error 'excludes' evaluate "${table[@]}" --merge "$own"/shard{1,2,3}
+if report_python >/dev/null; then
+  run_expecting 0 report merge.py "$own"/shard{2,3,1} --output "$own/merged"
+  same_results "$own/one" "$own/merged" "shards change results"
+  for made in one merged; do
+    run_expecting 0 report "" "$own/$made"
+    expect_file "$own/$made"/{results.json,results.csv,table.md,table.tex,report.html,curve.png,fits.png}
+  done
+  head -n 1 "$own/one/results.csv" | grep -qx 'experiment,dataset,scene,condition,method,metric,value' || fail "results.csv's header"
+  diff <(grep -v ',ms_' "$own/one/results.csv") <(grep -v ',ms_' "$own/merged/results.csv") || fail "shards change the table"
+  diff <(cd "$own/one" && ls) <(cd "$own/merged" && ls) || fail "a merged folder has other files"
+  run_expecting 2 report merge.py "$own"/shard{1,3} --output "$own/other"
+  grep -q 'merge: shard 2/3 is missing' "$own/err" || fail "a missing shard is not named"
+fi
 expect_error '1 <= i <= n' evaluate "${table[@]}" --shard 4/3 --output "$own/other"
 expect_error 'config' evaluate --limit 3
 
@@ -44,24 +48,25 @@ grep -q 'scans: skipped.*pyransac3d_ply' "$own/out" || { cat "$own/out"; fail "w
 # A run that is there already, its page, and how it differs from another.
 page=(--config configs/tables/line.yaml --methods ransac_20,ransac_100 --output "$own/page" --update)
 run_expecting 0 evaluate "${page[@]}" --limit 3
-if python=$(report_python); then
-  run_expecting 0 "$python" scripts/report/page.py "$own/page" --page "$own/docs/line.md" --command 'make line'
+if report_python >/dev/null; then
+  run_expecting 0 report "" "$own/page"
+  run_expecting 0 report page.py "$own/page" --page "$own/docs/line.md" --command 'make line'
   expect_file "$own"/docs/{line.md,line.json,line_curve.png}
   grep -q '^Written by `make line`' "$own/docs/line.md" || fail "a page does not say what made it"
   grep -q '^- git revision: ' "$own/docs/line.md" || fail "a page names no revision"
-  run_expecting 0 "$python" scripts/report/docs.py --compare "$own"/docs/line.json "$own"/docs/line.json
+  run_expecting 0 report docs.py --compare "$own"/docs/line.json "$own"/docs/line.json
   sed 's/"0\.9/"0.1/' "$own/docs/line.json" >"$own/docs/other.json"
-  run_expecting 1 "$python" scripts/report/docs.py --compare "$own"/docs/line.json "$own"/docs/other.json
+  run_expecting 1 report docs.py --compare "$own"/docs/line.json "$own"/docs/other.json
   grep -q 'mAA@0.5deg.*: RANSAC 20, 0.1: 0.9' "$own/out" || { cat "$own/out"; fail "the value that differs was not named"; }
   run_expecting 0 evaluate --config configs/tables/line.yaml --methods ransac_20 --limit 3 --output "$own/other"
-  run_expecting 0 "$python" scripts/report/compare.py "$own/page" "$own/other" --output "$own/compared"
+  run_expecting 0 report compare.py "$own/page" "$own/other" --output "$own/compared"
   expect_file "$own"/compared/{compare.md,compare.csv,report.html}
   grep -q "row 'ransac_100' is in page alone" "$own/compared/compare.md" || fail "a row of one run alone is not named"
   grep -q 'All problems have the same answers' "$own/compared/compare.md" || fail "the same problems differ"
   run_expecting 0 evaluate --config configs/tables/line.yaml --methods ransac_20 --limit 3 --seed 7 --output "$own/drawn"
-  run_expecting 2 "$python" scripts/report/compare.py "$own/page" "$own/drawn" --output "$own/compared"
+  run_expecting 2 report compare.py "$own/page" "$own/drawn" --output "$own/compared"
   grep -q 'drawn with another seed' "$own/err" || { cat "$own/err"; fail "why nothing is shared is not said"; }
-  run_expecting 2 "$python" scripts/report/page.py "$own/nowhere" --page "$own/docs/x.md"
+  run_expecting 2 report page.py "$own/nowhere" --page "$own/docs/x.md"
 fi
 run_expecting 0 evaluate "${page[@]}" --limit 3
 grep -q 'made already' "$own/out" || fail "a run that is there is made again"

@@ -32,12 +32,13 @@ grep -q 'nan.csv: 1 of 10 points are not finite and are left out' "$own/err" || 
 
 # What was found is printed at the end and goes out with the points: the line y = x / 2 + 1, of which two points are not.
 grep -q 'lines found: n · x + d = 0' "$own/out" || { cat "$own/out"; fail "the models are not printed"; }
-tail -n 1 "$own/out" | grep -q "^results are in $own/run: report.html.* labels " || fail "the last line does not say where results are"
+tail -n 1 "$own/out" | grep -q "^results are in $own/run; for a report: python3 .*report $own/run$" || fail "the last line does not say where results are"
+run_expecting 0 report "" "$own/run"
 [[ "$(head -n 1 "$own/run/labels/good.csv")" == x,y,ransac,diffsac ]] || fail "labels/good.csv has another header"
 (($(tail -n +2 "$own/run/labels/good.csv" | wc -l) == 32)) || fail "labels/good.csv has other rows than the input"
 [[ "$(tail -n 2 "$own/run/labels/good.csv" | tr '\n' ' ')" == "1,9,0,0 9,1,0,0 " ]] || fail "the outliers are not labelled"
 grep -q '^nan,3,0,0,0$' "$own/run/labels/nan.csv" || fail "a point that is left out has no label"
-grep '^good.csv,' "$own/run/problems.csv" | grep -qE ',-?0\.447213[0-9]* -?0\.894427[0-9]* -?0\.894427[0-9]*,' || fail "the line is not in problems.csv"
+grep ',good.csv,' "$own/run/problems.csv" | grep -qE ',-?0\.447213[0-9]* -?0\.894427[0-9]* -?0\.894427[0-9]*,' || fail "the line is not in problems.csv"
 grep -q 'normal x' "$own/run/report.html" || fail "the line is not in the report"
 
 # A plane of a cloud comes back as a coloured cloud, from another folder than the file's.
@@ -52,6 +53,7 @@ methods:
 END
 (cd / && run_expecting 0 evaluate --config "$own/scan.yaml" --threads 1 --output "$own/scan_run")
 grep -q 'd and noise in m' "$own/out" || fail "the unit is not told"
+run_expecting 0 report "" "$own/scan_run"
 header=$(head -c 600 "$own/scan_run/labels/scan.ply" | tr -d '\0')
 grep -q 'element vertex 400' <<<"$header" || fail "the cloud has other points than the input"
 grep -q 'property int label_ransac' <<<"$header" || fail "the cloud has no labels"

@@ -3,7 +3,7 @@
 . "$(dirname "$0")/common.sh"
 cat >"$own/pairs.yaml" <<'YAML'
 name: pairs
-title: Pairs <script>alert("nasty")</script>
+report: {title: Pairs <script>alert("nasty")</script>}
 task: fundamental
 problems: 12
 data: {type: synthetic_two_view, task: fundamental, num_points: 60}
@@ -11,18 +11,19 @@ methods:
   exact: {type: lo_ransac, label: LO-RANSAC, max_iterations: 300}
   one: {type: ransac, label: one set, max_iterations: 1}
 YAML
+report_python >/dev/null || { echo "skipped: there is no python3 with the modules of scripts/report"; exit 4; }
 run_expecting 0 evaluate --config "$own/pairs.yaml" --threads 1 --output "$own/run"
+run_expecting 0 report "" "$own/run"
 expect_file "$own/run/report.html"
 ! grep -qE 'https?:|src="|<script>alert' "$own/run/report.html" || fail "the report asks for something or runs a name"
-run_expecting 0 evaluate --config "$own/pairs.yaml" --threads 1 --output "$own/run" --set report=false
-[[ ! -e "$own/run/report.html" ]] || fail "an unwanted report stays"
 
 # Shards joined have it as well.
 for i in 1 2; do run_expecting 0 evaluate --config "$own/pairs.yaml" --threads 1 --shard "$i/2" --output "$own/shard$i"; done
-run_expecting 0 evaluate --merge "$own"/shard{1,2} --output "$own/merged"
-report="$own/merged/report.html"
-expect_file "$report"
-grep -q 'id="masks-11"' "$report" || fail "a joined report has not all pictures"
+run_expecting 0 report merge.py "$own"/shard{1,2} --output "$own/merged"
+run_expecting 0 report "" "$own/merged"
+page="$own/merged/report.html"
+expect_file "$page"
+grep -q 'id="masks-11"' "$page" || fail "a joined report has not all pictures"
 
 if ! chromium=$(command -v chromium || command -v chromium-browser || command -v google-chrome); then
   echo "skipped: no chromium to open the report in"
@@ -30,7 +31,7 @@ if ! chromium=$(command -v chromium || command -v chromium-browser || command -v
 fi
 # browse FRAGMENT ARGUMENTS...
 browse() {
-  local address="file://${report// /%20}$1"
+  local address="file://${page// /%20}$1"
   shift
   HOME="$own" timeout 100 "$chromium" --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=1200,2400 \
     --virtual-time-budget=5000 --enable-logging=stderr "$@" "$address" 2>"$own/browser"

@@ -2,25 +2,23 @@
 . "$(dirname "$0")/common.sh"
 cat >"$own/scoreboard_line.yaml" <<'YAML'
 name: scoreboard_line
-title: lines by score and draws
 problems: 40
 data: {type: synthetic_line, split: test, num_points: 60, outlier_ratio: [0.2, 0.9]}
-settings:
-  msac: {type: ransac, consensus: {score: msac}}
-  count: {type: ransac, consensus: {score: inlier_count, score_threshold_factor: 1}}
-factors: {score: [msac, count], draws: ["20", "200"]}
 methods:
-  msac_20: {use: msac, max_iterations: 20}
-  msac_200: {use: msac, max_iterations: 200}
-  count_20: {use: count, max_iterations: 20}
-  count_200: {use: count, max_iterations: 200}
+  msac: {type: ransac, consensus: {score: msac}, sweep: {max_iterations: [20, 200]}}
+  count: {type: ransac, consensus: {score: inlier_count, score_threshold_factor: 1}, sweep: {max_iterations: [20, 200]}}
   oracle: {type: oracle}
-compare: {msac_200: [count_20]}
-strata: [{by: inlier_share, bins: [0.3, 0.5]}, {by: points, bins: [100], rows: [msac_200]}]
+report:
+  title: lines by score and draws
+  compare: {msac_200: count_20}
+  strata: [{by: inlier_share, bins: [0.3, 0.5]}, {by: points, bins: [100], rows: [msac_200]}]
+  factors: {score: [msac, count], draws: ["20", "200"]}
 YAML
 table=(--config "$own/scoreboard_line.yaml" --threads 1)
 run_expecting 0 evaluate "${table[@]}" --output "$own/runs/scoreboard_line"
 run="$own/runs/scoreboard_line"
+report_python >/dev/null || { echo "skipped: there is no python3 with the modules of scripts/report"; exit 4; }
+run_expecting 0 report "" "$run"
 expect_file "$run"/{effects,strata_inlier_share,strata_points}.png "$run"/{table.md,report.html}
 rows=$(cut -d, -f4 "$run/problems.csv" | sort -u | paste -sd,)
 [[ "$rows" == "count_20,count_200,method,msac_20,msac_200,oracle" ]] || fail "the rows are $rows"
@@ -42,20 +40,17 @@ grep -q 'by share of true inliers (problems)' "$run/report.html" || fail "report
 
 # Shards joined, and the resolved configuration run again, are the same.
 for i in 1 2; do run_expecting 0 evaluate "${table[@]}" --shard "$i/2" --output "$own/shard$i"; done
-run_expecting 0 evaluate --merge "$own"/shard{1,2} --output "$own/merged"
+run_expecting 0 report merge.py "$own"/shard{1,2} --output "$own/merged"
 run_expecting 0 evaluate --config "$run/config.yaml" --output "$own/again"
 for other in merged again; do
+  run_expecting 0 report "" "$own/$other"
   diff <(grep -vE ',ms(_|,)' "$run/results.csv") <(grep -vE ',ms(_|,)' "$own/$other/results.csv") || fail "$other differs"
 done
 
 # One page of several tables; those that are not there are named.
-if python=$(report_python); then
-  run_expecting 0 "$python" scripts/report/effects.py "$run" "$own/runs/scoreboard_plane" --page "$own/docs/what_decides.md"
-  grep -q '^Not made: scoreboard_plane' "$own/docs/what_decides.md" || fail "a table that is not made is not named"
-  grep -q '^| draws: 200 ' "$own/docs/what_decides.md" || fail "the page has no effects"
-  expect_file "$own/docs/what_decides_scoreboard_line_effects.png"
-  run_expecting 1 "$python" scripts/report/effects.py "$own/nowhere"
-  grep -q 'none of these folders' "$own/err" || fail "a folder without a run is no error"
-fi
-sed 's/bins: \[0.3/bin: [0.3/' "$own/scoreboard_line.yaml" >"$own/wrong.yaml"
-expect_error "wrong\.yaml:16: unknown key 'strata\.0\.bin'; did you mean 'bins'" evaluate --config "$own/wrong.yaml" --output "$own/wrong"
+run_expecting 0 report effects.py "$run" "$own/runs/scoreboard_plane" --page "$own/docs/what_decides.md"
+grep -q '^Not made: scoreboard_plane' "$own/docs/what_decides.md" || fail "a table that is not made is not named"
+grep -q '^| draws: 200 ' "$own/docs/what_decides.md" || fail "the page has no effects"
+expect_file "$own/docs/what_decides_scoreboard_line_effects.png"
+run_expecting 2 report effects.py "$own/nowhere"
+grep -q 'none of these folders' "$own/err" || fail "a folder without a run is no error"

@@ -47,7 +47,7 @@ mkdir "$own/scene"
 cp "$own/room.h5" "$own/scene/segments.h5"
 if [[ -x "$build/bin/diffsac_eval" ]]; then
   printf '%s\n' 'name: own' 'task: vanishing_point' "data: {type: vanishing_points, paths: ['$own/scene']}" \
-    'methods: {found: {type: ransac, preset: several, sampling: {sampler: weighted}}}' 'figures: {curve: false}' >"$own/own.yaml"
+    'methods: {found: {type: ransac, preset: several, sampling: {sampler: weighted}}}' >"$own/own.yaml"
   run_expecting 0 evaluate --config "$own/own.yaml" --output "$own/run" --threads 1
 fi
 # Several images: a picture each, one file of everything. One that is no image is named, the others are done.

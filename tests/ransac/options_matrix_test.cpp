@@ -117,20 +117,19 @@ TEST_CASE("Consensus options are read from YAML and come back out") {
   CHECK(defaults.refit == Refit::kInliers);
   CHECK(defaults.stopping == Stopping::kBudget);
   CHECK(defaults.final_refinement == FinalRefinement::kNone);
-  const auto options = ReadOptions<ConsensusOptions>(
-      ConfigFromYaml("score: magsac_pp\nresidual_dof: 4\nlocal_optimization: gc_ransac\ngraph_neighbors: 5\n"
-                     "spatial_weight: 0.14\nstopping: confidence\nconfidence: 0.999\n"
-                     "max_iterations: 7\nmin_iterations: 3\nrefit: irls\nirls_rounds: 4\n"
-                     "final_refinement: lm\nblock_size: 16\n"));
+  const auto options =
+      ReadOptions<ConsensusOptions>(ConfigFromYaml("score: magsac_pp\nresidual_dof: 4\nlocal_optimization: gc_ransac\n"
+                                                   "stopping: confidence\nconfidence: 0.999\n"
+                                                   "max_iterations: 7\nmin_iterations: 3\nrefit: irls\n"
+                                                   "final_refinement: lm\n"));
   CHECK(options.residual_dof == 4);
   CHECK(options.max_iterations == 7);
   CHECK(WriteYaml(ReadOptions<ConsensusOptions>(ToConfig(options))) == WriteYaml(options));
   // What memory is asked for in proportion to.
-  for (const char* huge : {"max_iterations: 1000000000", "block_size: 1000000000", "refit_candidates: 1000000000"})
+  for (const char* huge : {"max_iterations: 1000000000", "refit_candidates: 1000000000"})
     CHECK_THROWS_WITH(ReadOptions<ConsensusOptions>(ConfigFromYaml(huge)), Catch::Contains("expected an integer from"));
   for (const char* wrong : {"refit: least\n", "refit_candidates: 0\n", "refits: em\n", "confidence: 1\n",
-                            "residual_dof: 7\n", "max_iterations: 0\n", "stopping: ever\n", "final_refinement: yes\n",
-                            "spatial_weight: -1\n", "irls_rounds: 0\n"})
+                            "residual_dof: 7\n", "max_iterations: 0\n", "stopping: ever\n", "final_refinement: yes\n"})
     CHECK_THROWS_AS(ReadOptions<ConsensusOptions>(ConfigFromYaml(wrong)), Error);
 }
 

@@ -1,10 +1,11 @@
 """scripts/report over small runs of diffsac_eval. report_test.py BUILD SOURCE: status 4 where modules are missing."""
 import base64
-import importlib
+import importlib.util
 import json
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -17,10 +18,12 @@ try:
     import numpy as np
     import PIL.Image
 
-    docs, examples, files, html_page, match_pictures, photographs, pictures, problem_list, run_report, runs, tables, told_tables, training_report, verdicts, words = (
-        importlib.import_module(name) for name in ("docs", "examples", "files", "html_page", "match_pictures", "photographs", "pictures",
-                                                   "problem_list", "run_report", "runs", "tables", "told_tables", "training_report",
-                                                   "verdicts", "words"))
+    docs, examples, files, html_page, match_pictures, pictures, problem_list, runs, tables, told_tables, training_report, verdicts, words = (
+        importlib.import_module(name) for name in ("docs", "examples", "files", "html_page", "match_pictures", "pictures", "problem_list", "runs",
+                                                   "tables", "told_tables", "training_report", "verdicts", "words"))
+    spec = importlib.util.spec_from_file_location("report_main", os.path.join(SOURCE, "scripts", "report", "__main__.py"))
+    report_main = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(report_main)
 except ImportError as error:
     print(f"skipped: {error}")
     sys.exit(4)
@@ -28,7 +31,6 @@ except ImportError as error:
 NASTY = "</script><script>alert(1)</script>"
 PAIRS = f"""
 name: pairs
-title: "{NASTY}"
 task: fundamental
 problems: 7
 data: {{type: synthetic_two_view, task: fundamental, num_points: 40}}
@@ -36,14 +38,16 @@ conditions:
   - {{name: "0.2", value: 0.2, data: {{outlier_ratio: 0.2}}}}
   - {{name: "0.6", value: 0.6, data: {{outlier_ratio: 0.6}}}}
 methods:
-  - {{name: many, type: ransac, label: "{NASTY}", max_iterations: 300, series: ransac}}
-  - {{name: few, type: ransac, max_iterations: 3, series: ransac}}
+  - {{name: many, type: ransac, label: "{NASTY}", max_iterations: 300}}
+  - {{name: few, type: ransac, max_iterations: 3}}
   - {{name: oracle, type: oracle}}
-compare: [{{a: many, b: few}}]
-strata: [{{by: inlier_share, bins: [0.5]}}, {{by: scene}}]
-figures: {{bars: [many, few], qualitative: 1}}
+report:
+  title: "{NASTY}"
+  series: {{ransac: [many, few]}}
+  compare: {{many: few}}
+  strata: [{{by: inlier_share, bins: [0.5]}}, {{by: scene}}]
+  figures: {{bars: [many, few]}}
 """
-RESULTS = '{"title": "t", "experiment": "e", "partial": false}'
 LINES = """
 name: lines
 task: line
@@ -72,39 +76,7 @@ def evaluate(folder, config, *arguments):
         file.write(config)
     subprocess.run([os.path.join(BUILD, "bin", "diffsac_eval"), "--config", path, "--threads", "1", "--output", folder, *arguments],
                    check=True, capture_output=True)
-
-
-class PhotographsTest(unittest.TestCase):
-    HEADER = ("image1,image2,status,may_be_chance,focal1_px,focal2_px,matches,inliers,degeneracy,focal1_source,focal2_source,"
-              "camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,focal2_high_px\n")
-
-    def table_of(self, rows, program="diffsac_pair"):
-        with tempfile.TemporaryDirectory() as folder:
-            for name, text in (("config.yaml", f"# program: {program}\n"), ("poses.csv", self.HEADER + rows), ("results.json", RESULTS)):
-                with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
-                    file.write(text)
-            return photographs.read_poses(runs.Run(folder))
-
-    def test_pairs_by_verdict_and_cameras_with_intervals(self):
-        poses = self.table_of(
-            "a,b,ok,1,900,900,90,12,determined,prior,prior,1,1,600,1300,600,1300\n"
-            "a,c,no_model,0,,,40,0,not_tested,,,1,2,,,,\n"
-            "b,c,ok,0,800,650.4,99,70,plane,pairs,matches,1,2,780,822,600,700\n")
-        pairs = photographs.pairs_table(poses)
-        self.assertEqual([row.cells[2] for row in pairs.rows], ["sure", "may be chance", "no model"])
-        self.assertEqual(pairs.rows[0].cells[3:], ["no: one plane", "70", "99", "1", "800 [780, 822]", "pairs", "2", "650 [600, 700]", "matches"])
-        cameras = photographs.cameras_table(poses)
-        self.assertEqual([row.cells for row in cameras.rows],
-                         [["1", "2", "800 [780, 822]", "pairs", "1", "a, b"], ["2", "1", "650 [600, 700]", "matches", "1", "c"]])
-        self.assertTrue(all(html_page.number_of(row.cells[2]) for row in cameras.rows))  # So that the page sorts by them.
-
-    def test_a_calibration_has_no_cameras_to_find(self):
-        poses = self.table_of("a,b,ok,0,300,300,90,12,determined,given,given,,,,,,\n")
-        self.assertIsNone(photographs.cameras_table(poses))
-        self.assertEqual(photographs.pairs_table(poses).rows[0].cells[-2:], ["300", "300"])
-
-    def test_other_programs_have_no_pairs_here(self):
-        self.assertIsNone(self.table_of("a,b,ok,0,300,300,90,12,determined,given,given,,,,,,\n", "diffsac_eval"))
+    report_main.main(folder)
 
 
 class RunTest(unittest.TestCase):
@@ -120,20 +92,15 @@ class RunTest(unittest.TestCase):
     def tearDownClass(cls):
         cls.work.cleanup()
 
-    def changed(self, change, source=None):
-        """The page of a copy of the run whose results.json is changed."""
+    def changed(self, change):
+        """The folder of a copy of the run of pairs whose run.json is changed, with its page."""
         folder = tempfile.mkdtemp(dir=self.work.name)
-        source = source or self.pairs
-        for name in os.listdir(source):
-            with open(os.path.join(source, name), "rb") as file:
-                content = file.read()
-            if name == "results.json":
-                results = json.loads(content)
-                change(results, folder)
-                content = json.dumps(results)
-            if name != "report.html" and not os.path.exists(os.path.join(folder, name)):
-                files.write_whole(os.path.join(folder, name), content)
-        run_report.main(folder)
+        for name in ("config.yaml", "problems.csv", "estimates.h5"):
+            shutil.copy(os.path.join(self.pairs, name), folder)
+        facts = json.loads(json.dumps(self.run_of_pairs.facts))
+        change(facts, folder)
+        files.write_whole(os.path.join(folder, "run.json"), json.dumps(facts))
+        report_main.main(folder)
         return folder
 
     def test_pictures_are_there(self):
@@ -163,7 +130,7 @@ class RunTest(unittest.TestCase):
 
     def test_matches_are_there_to_a_quarter_pixel_with_the_inliers_of_each_method_and_of_the_truth(self):
         shown = self.page.data["pictures"]
-        pairs, estimates = examples.open_examples(self.run_of_pairs, "pairs.h5"), problem_list.read_estimates(self.run_of_pairs)
+        pairs, estimates = self.run_of_pairs.examples, self.run_of_pairs.estimates
         self.assertEqual(len(shown), 14)
         example = pairs.at(9)
         packed = self.page.data[f"points-{shown[9][0]}"]
@@ -177,29 +144,26 @@ class RunTest(unittest.TestCase):
         of_cell = estimates[example.condition, 1]
         np.testing.assert_array_equal(masks[2], of_cell.mask(of_cell.at[example.index], 40))
 
-    def test_partial_runs_and_runs_without_a_report_or_strata(self):
-        def change(results, folder):
-            results.update(partial=True)
-
-        page = Page(self.changed(change))
+    def test_partial_runs_and_what_an_earlier_run_left(self):
+        page = Page(self.changed(lambda facts, folder: facts.update(partial=True)))
         self.assertIn("Partial results: the run was interrupted.", page.body)
         self.assertNotIn("<img", page.body)
 
-        def unwanted(results, folder):
-            results.update(report=False, strata=[])
-            for name in ("report.html", "strata_scene.png", "matches_of_an_earlier_run.png"):
+        def without_strata(facts, folder):
+            facts["configuration"]["report"]["strata"] = []
+            for name in ("strata_scene.png", "matches_of_an_earlier_run.png", "reliability.csv"):
                 files.write_whole(os.path.join(folder, name), "old")
 
-        folder = self.changed(unwanted)
-        for name in ("report.html", "strata_scene.png", "matches_of_an_earlier_run.png"):
+        folder = self.changed(without_strata)
+        for name in ("strata_scene.png", "matches_of_an_earlier_run.png", "reliability.csv"):
             self.assertFalse(os.path.exists(os.path.join(folder, name)), name)
 
-    def test_without_estimates_the_kept_fits_have_their_inliers(self):
+    def test_without_estimates_the_examples_have_their_inliers(self):
         folder = os.path.join(self.work.name, "kept")
-        evaluate(folder, PAIRS, "--set", "estimates=false")
+        evaluate(folder, PAIRS, "--set", "estimates=false", "--set", "examples=2")
         page = Page(folder)
-        self.assertEqual([picture[8] for picture in page.data["pictures"]], [[0, 1], [0, 1]])
-        self.assertIn("only 2 of 14 pairs have a picture", page.body)
+        self.assertEqual([picture[8] for picture in page.data["pictures"]], [[0, 1, 2]] * 4)
+        self.assertIn("4 of 14 pairs have a picture", page.body)
 
     def test_long_lists_keep_the_worst_the_best_and_some_between(self):
         errors = np.array([(37 * i) % 100 for i in range(100)], dtype=float)
@@ -222,14 +186,14 @@ class RunTest(unittest.TestCase):
         self.assertRegex(page.body, r"ransac, .*: error [0-9.]+ %; 60 points, inliers: \d+ right")
 
     def test_points_that_say_nothing_are_drawn_as_well(self):
-        fits = examples.open_examples(runs.Run(self.lines), "fits.h5")
+        fits = examples.open_fits(runs.Run(self.lines))
         for points in (np.zeros((0, 2)), np.full((3, 2), np.nan), np.zeros((1, 3)), np.zeros((0, 4)), np.ones((2, 4))):
             count = len(points)
             for structures in ({}, {"structures": {"models": [], "labels": [0] * count, "true_models": []}}):
                 fit = {**fits.fits[0], "inliers": [], "model": [], "true_model": [], **structures}
                 if not structures:
                     fit.pop("structures", None)
-                example = fits.at(0)
+                example = fits.example(fits.fits[0])
                 example.points = points
                 figure = pictures.plt.figure()
                 pictures._draw_fit(figure.add_subplot(projection="3d" if points.shape[1] == 3 else None), fit, example)
@@ -243,37 +207,32 @@ class RunTest(unittest.TestCase):
 
     def test_reverse_steps(self):
         class Traced:
-            json = {"traces": [{"timesteps": [9.0, 1.0], "confidence": [[0.5, None, -1, 1], [1, None, 0, -1]], "set_size": 2, "downwards": False}]}
+            trace = {"timesteps": [9.0, 1.0], "confidence": [[0.5, None, -1, 1], [1, None, 0, -1]], "set_size": 2, "downwards": False}
 
             def example(self, trace):
                 return type("Example", (), {"points": np.arange(8.0).reshape(4, 2)})
 
-        run = runs.Run(self.changed(lambda results, folder: None))
+        run = self.run_of_pairs
         self.assertTrue(pictures.draw_confidence(run, Traced()))
         self.assertFalse(pictures.draw_confidence(run, None))
-        Traced.json["traces"][0]["timesteps"] = [9.0]
+        Traced.trace["timesteps"] = [9.0]
         self.assertFalse(pictures.draw_confidence(run, Traced()))
 
     def test_effects_and_reliability(self):
-        def change(results, folder):
-            interval = {"mean": 0.1, "low": 0.0, "high": 0.2}
-            results["effects"] = [{"factor": "score", "levels": [{"level": level, "accuracy": [interval, None], "milliseconds": [interval, interval],
-                                                                  "combinations": [1, 1]}
-                                                                 for level in ("msac", "pritts")]}]
-            lines = [f"{label},{condition},mean,0.{b},0.{b + 1},9,0.{b}5,0.{b}4" for label in ("a", "b") for condition in ("0.2", "0.6") for b in range(9)]
-            files.write_whole(os.path.join(folder, "reliability.csv"), "method,condition,scene,low,high,points,predicted,inliers\n"
-                              + "\n".join(lines) + "\na,0.2,calibration_error,,,,0.01,\n")
+        def change(facts, folder):
+            facts["configuration"]["report"]["factors"] = {"draws": ["many", "few"]}
+            bins = [[9, 0.5 * b, 0.4 * b] for b in range(10)]
+            facts["reliability"] = [{"label": label, "condition": c, "scenes": {"s": bins}} for label in ("a", "b") for c in (0, 1)]
 
         page = Page(self.changed(change))
         self.assertIn("What the levels of each factor add to", page.body)
         self.assertIn("How often a point is an inlier", page.body)
 
     def test_what_cannot_be_written_is_one_line_and_a_status(self):
-        script = os.path.join(SOURCE, "scripts", "report", "run_report.py")
-        folder = self.changed(lambda results, folder: None)
+        folder = self.changed(lambda facts, folder: None)
         os.remove(os.path.join(folder, "table.tex"))
         os.mkdir(os.path.join(folder, "table.tex"))
-        done = subprocess.run([sys.executable, "-B", script, folder], capture_output=True, text=True)
+        done = subprocess.run([sys.executable, "-B", os.path.join(SOURCE, "scripts", "report"), folder], capture_output=True, text=True)
         self.assertEqual((done.returncode, done.stderr.count("\n")), (4, 1))
         self.assertIn("table.tex", done.stderr)
 
@@ -318,7 +277,7 @@ class PartsTest(unittest.TestCase):
             "beside_paper": [{"method": "good", "paper_row": "RANSAC", "condition": 0, "metric": "mAA", "paper": 0.83,
                               "ours": interval(0.85, 0.75, 0.95), "problems": 4}],
             "learned": {"good": {"parameters": 7, "samples": 0, "run_samples": 0, "start": ""}}}
-        told = {table.heading: table for table in told_tables.tables_of(results)}
+        told = {table.heading: table for table in told_tables.told_tables(results)}
         self.assertEqual(len(told), 1 + 2 + 2 * 3 + 2 * 2 + 2)
 
         def cells(heading, row):
@@ -339,14 +298,14 @@ class PartsTest(unittest.TestCase):
         self.assertEqual(cells("ours beside the paper's, which was measured on other data", 0),
                          ["Good / RANSAC", "all", "mAA", "0.83", "0.850 [0.750, 0.950]", "+0.020", "4"])
         self.assertEqual(cells("learned rows", 0), ["Good", "7", "–", "–", "–"])
-        notes = "\n".join(told_tables.notes_of(results))
+        notes = "\n".join(told_tables.told_notes(results))
         self.assertIn("Of fewer combinations: score: good 1 of 2.", notes)
         self.assertIn("In no stratum, as their share of true inliers is unknown: all 1 problems.", notes)
         self.assertIn("Strata by true baseline are left out: it is known of no problem.", notes)
         for cell in results["results"]:
             cell["mAA@10deg_ci95"]["mean"] = None
-        self.assertIn("Strata are left out: the truth is not known.", told_tables.notes_of(results))
-        self.assertEqual([table.heading[:23] for table in told_tables.tables_of(results)], ["effects on milliseconds", "ours beside the paper's", "learned rows"])
+        self.assertIn("Strata are left out: the truth is not known.", told_tables.told_notes(results))
+        self.assertEqual([table.heading[:23] for table in told_tables.told_tables(results)], ["effects on milliseconds", "ours beside the paper's", "learned rows"])
 
     def test_a_page_has_values_to_sort_by_and_texts_stay_texts(self):
         page = html_page.Page(NASTY)
@@ -417,8 +376,9 @@ class VerdictsTest(unittest.TestCase):
         "hard,ok,20,0,,20,not_tested,0", "hard,ok,,0,,,determined,0")  # The last one's truth is not known.
 
     def run_folder(self, folder, columns="degeneracy,has_ambiguous_pose"):
-        files.write_whole(os.path.join(folder, "results.json"), json.dumps(
-            {"title": "", "experiment": "made_up", "partial": False, "task": "essential", "methods": [{"name": "a", "label": "A"}]}))
+        facts = {"format": "diffsac run 1", "experiment": "made_up", "partial": False, "task": "essential", "methods": [{"name": "a", "label": "A"}], "configuration": {},
+                 "conditions": [{"name": "all"}, {"name": "hard"}]}
+        files.write_whole(os.path.join(folder, "run.json"), json.dumps(facts))
         lines = [f"p{i},s,a,{line}" for i, line in enumerate(self.PROBLEMS)]
         header = f"id,scene,method,condition,status,angle_deg,failed,log10_nfa,pose_deg,{columns}"
         files.write_whole(os.path.join(folder, "problems.csv"), "\n".join([header, *lines]) + "\n")
@@ -444,9 +404,9 @@ class VerdictsTest(unittest.TestCase):
 
     def test_runs_and_rows_that_cannot_be_told_are_named(self):
         with tempfile.TemporaryDirectory() as folder:
-            with self.assertRaisesRegex(ValueError, "has no row b, but: a"):
+            with self.assertRaisesRegex(files.BadInput, "has no row b, but: a"):
                 list(verdicts.cells_of(self.run_folder(folder), ["b"]))
-            with self.assertRaisesRegex(ValueError, "problems.csv has no degeneracy: not of two views, or of an earlier version"):
+            with self.assertRaisesRegex(files.BadInput, "problems.csv has no degeneracy: not of two views, or of an earlier version"):
                 list(verdicts.cells_of(self.run_folder(folder, "verdict,has_ambiguous_pose"), []))
 
     def test_wilson_intervals(self):

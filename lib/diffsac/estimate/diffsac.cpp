@@ -128,11 +128,16 @@ TwoViewEstimate EstimateFundamental(const Matches& matches, const ImageOptions& 
 }
 
 TwoViewEstimate EstimateEssential(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
-  return TwoViews(EssentialProblem(matches, cameras, options), options);
+  return TwoViews(CalibratedProblem(Task::kEssential, matches, cameras, options), options);
 }
 
 TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& options) {
   return TwoViews(TwoViewProblem(Task::kHomography, matches, options), options);
+}
+
+TwoViewEstimate EstimateCalibratedHomography(const Matches& matches, const CameraPair& cameras,
+                                             const ImageOptions& options) {
+  return TwoViews(CalibratedProblem(Task::kHomography, matches, cameras, options), options);
 }
 
 UnknownFocalEstimate EstimateSharedFocal(const Matches& matches, const FocalOptions& options) {
@@ -185,7 +190,7 @@ MultiModelEstimate<Eigen::Matrix3d> EstimateMultipleFundamentals(const Matches& 
 
 MultiModelEstimate<Eigen::Matrix3d> EstimateMultipleEssentials(const Matches& matches, const CameraPair& cameras,
                                                                const ImageOptions& options) {
-  return Multiple<Eigen::Matrix3d>(EssentialProblem(matches, cameras, options), options);
+  return Multiple<Eigen::Matrix3d>(CalibratedProblem(Task::kEssential, matches, cameras, options), options);
 }
 
 MultiModelEstimate<Eigen::Matrix3d> EstimateMultipleHomographies(const Matches& matches, const ImageOptions& options) {

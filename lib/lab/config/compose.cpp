@@ -1,7 +1,6 @@
 #include "lab/config/compose.h"
 
 #include <algorithm>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -14,11 +13,6 @@ namespace diffsac {
 namespace {
 
 constexpr const char* kDefaultDataRoot = "data";
-
-std::string TextOf(const ConfigTree& map, const std::string& key) {
-  const ConfigTree* value = map.Find(key);
-  return value == nullptr ? "" : value->scalar;
-}
 
 /// Puts values of the experiment in the place of ${key.path}.
 void Interpolate(const ConfigTree& experiment, ConfigTree* tree) {
@@ -41,6 +35,18 @@ void Interpolate(const ConfigTree& experiment, ConfigTree* tree) {
   for (ConfigEntry& entry : tree->entries) Interpolate(experiment, &entry.value);
 }
 
+/// {outlier_ratio: 0.1} for one option, {consensus: {sigma_prior: 2}} for a path.
+ConfigTree AtPath(const std::string& path, ConfigTree value) {
+  std::vector<std::string> steps = SplitPath(path);
+  for (; !steps.empty(); steps.pop_back()) {
+    ConfigTree map;
+    map.place = value.place;
+    PutIn(&map, steps.back(), std::move(value));
+    value = std::move(map);
+  }
+  return value;
+}
+
 /// A condition for each value of one option of the data.
 ConfigTree SweptConditions(const ConfigTree& sweep) {
   if (sweep.kind != TreeKind::kMap || sweep.entries.size() != 1 || sweep.entries[0].value.kind != TreeKind::kSequence)
@@ -50,156 +56,114 @@ ConfigTree SweptConditions(const ConfigTree& sweep) {
   ConfigTree conditions = ListAt(sweep);
   for (const ConfigTree& value : values.items) {
     if (value.kind != TreeKind::kScalar) FailAt(value, "sweep", "expected plain values");
-    ConfigTree condition, data;
-    condition.place = data.place = value.place;
-    PutIn(&data, key, value);
+    ConfigTree condition;
+    condition.place = value.place;
     PutIn(&condition, "name", ScalarAt(value, value.scalar));
     PutIn(&condition, "value", value);
-    PutIn(&condition, "data", std::move(data));
+    PutIn(&condition, "data", AtPath(key, value));
     conditions.items.push_back(std::move(condition));
   }
   return conditions;
 }
 
-/// Puts rows on the settings that they use.
-class Settings {
+/// Makes rows of methods: puts them on their presets, and a swept one into a row for each of its levels.
+class Methods {
  public:
-  explicit Settings(ConfigTree settings) : settings_(std::move(settings)) {
-    if (settings_.kind != TreeKind::kNull && settings_.kind != TreeKind::kMap)
-      FailAt(settings_, "settings", "expected a map of named parts of rows");
+  explicit Methods(ConfigTree presets) : presets_(std::move(presets)) {
+    if (presets_.kind != TreeKind::kNull && presets_.kind != TreeKind::kMap)
+      FailAt(presets_, "presets", "expected a map of named parts of methods");
   }
 
-  ConfigTree Resolve(ConfigTree part, int depth = 0) const {
-    const ConfigTree use = Take(&part, "use");
-    if (use.kind == TreeKind::kNull) return part;
-    if (depth > kMostNested) FailAt(use, "use", "settings that use each other in a circle");
-    ConfigTree base;
-    base.kind = TreeKind::kMap;
-    for (const std::string& name : Words(use, "use")) {
-      const ConfigTree* setting = settings_.Find(name);
-      if (setting == nullptr) FailAt(use, "use", "no setting is named '" + name + "'" + Nearest(name));
-      if (setting->kind != TreeKind::kMap) FailAt(*setting, "settings." + name, "expected a map, part of a row");
-      MergeTrees(base, Resolve(*setting, depth + 1));
-    }
-    MergeTrees(base, std::move(part));
-    return base;
+  void Add(const ConfigTree& method, ConfigTree* rows) const {
+    if (method.kind != TreeKind::kMap) return rows->items.push_back(method);  // Its reader says what was expected.
+    ConfigTree whole = method;
+    const ConfigTree* name = whole.Find("name");
+    if (name != nullptr && whole.Find("type") == nullptr && whole.Find("preset") == nullptr)
+      PutIn(&whole, "preset", ConfigTree(*name));
+    ConfigTree row = OnPresets(whole, "");
+    if (row.Find("type") == nullptr && row.Find("sweep") == nullptr && row.Find("preset") != nullptr)
+      FailAt(*row.Find("preset"), "preset", "expected a type, or a preset; " + Unknown(row.Find("preset")->scalar));
+    Expand(std::move(row), rows);
   }
 
  private:
   static constexpr int kMostNested = 16;
 
-  std::string Nearest(const std::string& name) const {
+  std::string Unknown(const std::string& name) const {
     std::vector<std::string> known;
-    for (const ConfigEntry& entry : settings_.entries) known.push_back(entry.key);
-    return known.empty() ? "" : "; did you mean '" + NearestWord(name, known) + "'?";
+    for (const ConfigEntry& entry : presets_.entries) known.push_back(entry.key);
+    return "no preset is named '" + name + "'" +
+           (known.empty() ? "" : "; did you mean '" + NearestWord(name, known) + "'?");
   }
 
-  ConfigTree settings_;
+  /// A name that is no preset of the file, or that of the preset itself, is one of its type's: it stays.
+  ConfigTree OnPresets(ConfigTree part, const std::string& own, int depth = 0) const {
+    const ConfigTree named = Take(&part, "preset");
+    if (depth > kMostNested) FailAt(named, "preset", "presets that name each other in a circle");
+    ConfigTree base;
+    base.kind = TreeKind::kMap;
+    for (const std::string& name : Words(named, "preset")) {
+      const ConfigTree* preset = name == own ? nullptr : presets_.Find(name);
+      if (preset == nullptr && base.Find("preset") != nullptr) FailAt(named, "preset", Unknown(name));
+      if (preset == nullptr) {
+        PutIn(&base, "preset", ScalarAt(named, name, false));
+        continue;
+      }
+      if (preset->kind != TreeKind::kMap) FailAt(*preset, "presets." + name, "expected a map, part of a method");
+      MergeTrees(base, OnPresets(*preset, name, depth + 1));
+    }
+    MergeTrees(base, std::move(part));
+    return base;
+  }
+
+  static void NameLevel(ConfigTree* row, const std::string& level) {
+    if (ConfigTree* name = row->Find("name")) name->scalar += "_" + level;
+    ConfigTree* label = row->Find("label");
+    if (label == nullptr) return;
+    const std::size_t star = label->scalar.find('*');
+    label->scalar.replace(std::min(star, label->scalar.size()), 1, star == std::string::npos ? " " + level : level);
+  }
+
+  /// A row for each combination of the levels that `sweep` has; without it the row itself.
+  void Expand(ConfigTree row, ConfigTree* rows) const {
+    ConfigTree sweep = Take(&row, "sweep");
+    if (sweep.entries.empty()) return rows->items.push_back(std::move(row));
+    const auto [key, levels] = sweep.entries.front();
+    sweep.entries.erase(sweep.entries.begin());
+    const auto add = [&](const std::string& level, ConfigTree part) {
+      ConfigTree one = row;
+      NameLevel(&one, level);
+      MergeTrees(one, std::move(part));
+      if (!sweep.entries.empty()) PutIn(&one, "sweep", sweep);
+      Expand(std::move(one), rows);
+    };
+    const bool plain = std::all_of(levels.items.begin(), levels.items.end(),
+                                   [](const ConfigTree& value) { return value.kind == TreeKind::kScalar; });
+    if (!plain || (levels.items.empty() && levels.entries.empty()))
+      FailAt(levels, "sweep." + key, "expected the values of an option, [1, 2], or named parts, {a: {...}, b: {...}}");
+    for (const ConfigTree& value : levels.items) add(value.scalar, AtPath(key, value));
+    for (const ConfigEntry& level : levels.entries) add(level.key, OnPresets(level.value, ""));
+  }
+
+  ConfigTree presets_;
 };
 
-/// The rows of a map by name, as a list.
-ConfigTree NamedRows(ConfigTree methods) {
+/// The methods of a map by name, as a list.
+ConfigTree NamedMethods(ConfigTree methods) {
   if (methods.kind != TreeKind::kMap) return methods;
-  ConfigTree rows = ListAt(methods);
+  ConfigTree list = ListAt(methods);
   for (ConfigEntry& entry : methods.entries) {
-    if (entry.value.kind != TreeKind::kMap) FailAt(entry.value, "methods." + entry.key, "expected a map {type, ...}");
+    if (entry.value.kind != TreeKind::kMap && entry.value.kind != TreeKind::kNull)
+      FailAt(entry.value, "methods." + entry.key, "expected a map {type, ...}");
     if (entry.value.Find("name") != nullptr)
       FailAt(entry.value, "methods." + entry.key, "has its name already, without the key 'name'");
-    ConfigTree row;
-    row.place = entry.value.place;
-    PutIn(&row, "name", ScalarAt(entry.value, entry.key));
-    MergeTrees(row, std::move(entry.value));
-    rows.items.push_back(std::move(row));
+    ConfigTree method;
+    method.place = entry.value.place;
+    PutIn(&method, "name", ScalarAt(entry.value, entry.key));
+    MergeTrees(method, std::move(entry.value));
+    list.items.push_back(std::move(method));
   }
-  return rows;
-}
-
-/// The oracle, which is a ceiling and no competitor, last.
-ConfigTree WithOracleLast(ConfigTree rows) {
-  std::stable_partition(rows.items.begin(), rows.items.end(),
-                        [](const ConfigTree& row) { return TextOf(row, "type") != "oracle"; });
-  return rows;
-}
-
-/// The named rows in that order.
-ConfigTree Chosen(const ConfigTree& rows, const ConfigTree& names) {
-  std::vector<std::string> known;
-  for (const ConfigTree& row : rows.items) known.push_back(TextOf(row, "name"));
-  ConfigTree chosen = ListAt(rows);
-  for (const std::string& name : Words(names, "rows")) {
-    const auto found = std::find(known.begin(), known.end(), name);
-    if (found == known.end())
-      FailAt(names, "rows", "no method is named '" + name + "'; did you mean '" + NearestWord(name, known) + "'?");
-    chosen.items.push_back(rows.items[static_cast<std::size_t>(found - known.begin())]);
-  }
-  return chosen;
-}
-
-/// What `rows` did not choose goes to *gone, by name.
-ConfigTree ComposeEstimators(const ConfigTree& methods, ConfigTree settings, const ConfigTree& names,
-                             std::set<std::string>* gone) {
-  const ConfigTree listed = NamedRows(methods);
-  if (listed.kind != TreeKind::kSequence) return listed;  // Its reader says what was expected.
-  const Settings known(std::move(settings));
-  ConfigTree resolved = ListAt(listed);
-  for (const ConfigTree& row : listed.items)
-    resolved.items.push_back(row.kind == TreeKind::kMap ? known.Resolve(row) : row);
-  // A list has its author's order; a map may come from several files.
-  if (methods.kind == TreeKind::kMap) resolved = WithOracleLast(std::move(resolved));
-  if (names.kind == TreeKind::kNull) return resolved;
-  for (const ConfigTree& row : resolved.items) gone->insert(TextOf(row, "name"));
-  ConfigTree rows = Chosen(resolved, names);
-  for (const ConfigTree& row : rows.items) gone->erase(TextOf(row, "name"));
-  return rows;
-}
-
-/// Of a list of names, or of pairs of names, what has none of these.
-void DropFrom(ConfigTree* list, const std::set<std::string>& gone) {
-  if (list == nullptr) return;
-  std::erase_if(list->items, [&](const ConfigTree& item) {
-    return gone.count(item.scalar) > 0 ||
-           std::any_of(item.items.begin(), item.items.end(),
-                       [&](const ConfigTree& name) { return gone.count(name.scalar) > 0; });
-  });
-}
-
-void DropKey(const std::string& key, ConfigTree* map, const std::set<std::string>& gone) {
-  if (map != nullptr && gone.count(TextOf(*map, key)) > 0) Take(map, key);
-}
-
-/// Takes out what refers to rows that were not chosen.
-void ForgetRows(const std::set<std::string>& gone, ConfigTree* root) {
-  if (ConfigTree* figures = root->Find("figures")) {
-    DropFrom(figures->Find("bars"), gone);
-    DropFrom(figures->Find("qualitative_methods"), gone);
-    DropKey("qualitative_method", figures, gone);
-  }
-  DropKey("reference", root, gone);
-  DropFrom(root->Find("compare"), gone);
-  if (ConfigTree* strata = root->Find("strata"))
-    for (ConfigTree& one : strata->items) DropFrom(one.Find("rows"), gone);
-  if (ConfigTree* paper = root->Find("paper"))
-    for (ConfigEntry& row : paper->entries) DropKey("ours", &row.value, gone);
-}
-
-/// A single value, of this kind, as a list of one.
-ConfigTree ListOf(ConfigTree value, TreeKind single = TreeKind::kScalar) {
-  if (value.kind != single) return value;
-  ConfigTree list = ListAt(value);
-  list.items.push_back(std::move(value));
   return list;
-}
-
-ConfigTree PairsOf(const ConfigTree& compare) {
-  if (compare.kind != TreeKind::kMap) return compare;
-  ConfigTree pairs = ListAt(compare);
-  for (const ConfigEntry& entry : compare.entries)
-    for (const std::string& other : Words(entry.value, "compare." + entry.key)) {
-      ConfigTree pair = ListAt(entry.value);
-      pair.items = {ScalarAt(entry.value, entry.key), ScalarAt(entry.value, other)};
-      pairs.items.push_back(std::move(pair));
-    }
-  return pairs;
 }
 
 }  // namespace
@@ -218,20 +182,17 @@ Config ComposeExperiment(const Config& config) {
   const ConfigTree values = root;
   Interpolate(values, &root);
   root = WithFoundPaths(composed).impl_->document->root;
-  if (ConfigTree* strata = root.Find("strata")) *strata = ListOf(std::move(*strata), TreeKind::kMap);
-  ConfigTree settings = Take(&root, "settings"), sweep = Take(&root, "sweep");
-  const ConfigTree names = Take(&root, "rows");
+  const ConfigTree presets = Take(&root, "presets"), sweep = Take(&root, "sweep");
   if (sweep.kind != TreeKind::kNull) {
     if (root.Find("conditions") != nullptr) FailAt(sweep, "sweep", "there are 'conditions' already");
     PutIn(&root, "conditions", SweptConditions(sweep));
   }
-  std::set<std::string> gone;
-  if (ConfigTree* methods = root.Find("methods"))
-    *methods = ComposeEstimators(*methods, std::move(settings), names, &gone);
-  if (ConfigTree* compare = root.Find("compare")) *compare = PairsOf(*compare);
-  ForgetRows(gone, &root);
-  if (ConfigTree* groups = root.Find("scene_groups"))
-    for (ConfigEntry& group : groups->entries) group.value = ListOf(std::move(group.value));
+  if (ConfigTree* methods = root.Find("methods"); methods != nullptr && methods->kind != TreeKind::kScalar) {
+    const ConfigTree list = NamedMethods(*methods);
+    const Methods onto(presets);
+    *methods = ListAt(list);
+    for (const ConfigTree& method : list.items) onto.Add(method, methods);
+  }
   return composed;
 }
 

@@ -25,7 +25,6 @@ struct DatasetEntry {
   std::function<std::unique_ptr<Dataset>(const Config& config, std::uint64_t seed)> make;
   std::function<std::string(const Config& config)> resolve;  ///< The options as YAML, `type` included.
   std::function<std::vector<OptionDescription>()> describe;
-  std::type_index options = typeid(void);  ///< What is described.
 };
 
 enum class DataSource { kFiles, kGenerated };
@@ -48,7 +47,6 @@ struct RegisteredDataset : Registered<DatasetEntry> {
     };
     entry.resolve = [read](const Config& config) { return WriteYaml(read(config)); };
     entry.describe = [] { return DescribeOptions<Options>(); };
-    entry.options = typeid(Options);
     return entry;
   }
 };

@@ -53,7 +53,6 @@ struct EstimatorEntry {
   std::function<TableRow(const Config&, Task, const EstimatorContext&)> make;
   std::function<Config(const Config&, Task, const EstimatorContext&)> resolve;  ///< Every key.
   std::function<std::vector<OptionDescription>(Task)> describe;
-  std::type_index options = typeid(void);
 };
 
 /// A row that does not learn:
@@ -96,7 +95,6 @@ struct RegisteredEstimator : Registered<EstimatorEntry> {
     entry.describe = [presets, defaults](Task task) {
       return DescribeOptions(PresetKeys<Options>{presets, defaults(task, presets.empty() ? "" : presets.front())});
     };
-    entry.options = typeid(Options);
     return entry;
   }
 };

@@ -12,8 +12,8 @@
 #include "diffsac/core/registry.h"
 #include "diffsac/core/status.h"
 #include "diffsac/guidance/engine/checkpoint_info.h"
-#include "lab/config/config_to_json.h"
 #include "lab/files/files.h"
+#include "lab/options/config_json.h"
 
 namespace diffsac {
 namespace {

@@ -12,6 +12,8 @@
 
 namespace diffsac {
 
+struct ExperimentResults;
+
 /// The file of a run folder that holds what was estimated (docs/estimates.md).
 inline constexpr const char* kEstimatesFile = "estimates.h5";
 
@@ -19,7 +21,7 @@ inline constexpr const char* kEstimatesFile = "estimates.h5";
 struct EstimateRecord {
   std::uint64_t index = 0;  ///< The problem's place in its condition's data.
   std::string id;
-  std::string data_scene;  ///< In the data, whatever its group is called.
+  std::string scene;
   Status status = Status::kNoModel;
   ModelParameters model;                           ///< Empty unless status is ok; E in normalised coordinates.
   std::optional<RigidMotion> pose;                 ///< Where the model has one (PoseOfEstimate).
@@ -34,8 +36,7 @@ struct EstimateRecord {
   int points = 0;  ///< Of the problem.
   /// Of points of a file of which some are left out (PointSource): the file's rows that the problem has; else empty.
   std::vector<std::int32_t> rows;
-  /// The farthest that a point is from zero along an axis: how many digits of a model matter. NaN: not known; files do
-  /// not have it.
+  /// The farthest that a point is from zero along an axis: how many digits of a model matter. NaN: not known.
   double largest_coordinate = std::numeric_limits<double>::quiet_NaN();
   double score = 0.0;
   double sigma = std::numeric_limits<double>::quiet_NaN();      ///< σ, in the data's unit; NaN: not estimated.
@@ -49,38 +50,17 @@ struct EstimateRecord {
   std::vector<double> instance_values;
 };
 
-/// One method on one condition.
-struct EstimateGroup {
-  std::string method, condition;
-  std::vector<EstimateRecord> records;  ///< In the order of the data.
-};
-
-/// What a file holds beside them.
-struct EstimateFile {
-  std::string experiment, task, git_revision;
-  std::vector<EstimateGroup> groups;
-};
-
-/// The status that ToString calls this; of files. Throws Error for no such.
-Status StatusFromText(const std::string& text);
-
-/// `whole`: false where an experiment keeps no estimates: what was found is left out, but for its status, inliers'
-/// number, draws and what is said of the translation.
+/// `whole`: false where what was found is not kept: it is left out, but for its status, inliers' number, draws and what
+/// is said of the translation.
 EstimateRecord RecordOf(const Example& example, const Estimate& estimate, bool whole = true);
 
 /// qw, qx, qy, qz, tx, ty, tz: x2 = R x1 + t with R as a unit quaternion, qw >= 0. NaN without a pose, and of a
 /// translation of zero, which is one that is not determined.
 std::array<double, 7> PoseNumbers(const std::optional<RigidMotion>& pose);
 
-/// The file's content, for other processes.
-std::string EstimatesToBytes(const EstimateFile& file);
-/// Throws Error, starting with `name` and the group, for anything that is none.
-EstimateFile EstimatesFromBytes(std::string bytes, const std::string& name);
-
-/// The file, whole or not at all. Throws Error.
-void WriteEstimates(const std::string& path, const EstimateFile& file);
-
-/// EstimatesFromBytes of a file.
-EstimateFile ReadEstimates(const std::string& path);
+/// Writes the file into the run's folder, whole or not at all: the records of all problems, or, where the experiment
+/// keeps no estimates, of the kept examples; and these examples. An earlier run's goes where there is nothing to write.
+/// Throws Error.
+void WriteEstimates(const ExperimentResults& results, const std::string& folder);
 
 }  // namespace diffsac

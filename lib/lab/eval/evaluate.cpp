@@ -10,14 +10,13 @@
 #include "diffsac/estimate/diffsac_model.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/meant_paths.h"
+#include "lab/config/paths.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
 #include "lab/config/yaml.h"
-#include "lab/eval/example_files.h"
-#include "lab/eval/merge.h"
-#include "lab/eval/report_script.h"
 #include "lab/eval/run_files.h"
 #include "lab/eval/selection.h"
+#include "lab/eval/terminal_table.h"
 #include "lab/files/files.h"
 
 namespace diffsac {
@@ -68,69 +67,23 @@ ExperimentOptions ReadRequest(const EvalRequest& request) {
 
 namespace {
 
-// What shards must have in common beside the experiment.
-std::string Setup(const EvalRequest& request) {
-  return "checkpoint: " + request.context.checkpoint_override + "\ndevice: " + request.context.device + "\n";
-}
-
 std::string Folder(const EvalRequest& request, const ExperimentOptions& experiment, const Shard& shard) {
   if (!request.output.empty()) return request.output;
   const std::string part = "-shard-" + std::to_string(shard.index) + "-of-" + std::to_string(shard.count);
   return "runs/" + experiment.name + (shard.whole() ? "" : part);
 }
 
-void WriteShard(const ExperimentResults& results, const std::string& setup, const std::string& folder,
-                std::ostream& out) {
-  WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(results));
-  WriteFits(results, folder);
-  KeepEstimates(results, folder);
-  WriteFileAtomically(folder + "/" + kShardRecords, ShardRecords(results, setup));
-  out << results.experiment.name << ": shard " << ToString(results.shard) << " is in " << folder
-      << (results.partial ? ", incomplete" : "; join all of them with diffsac_eval --merge") << std::endl;
-}
-
-Shard ShardOf(const EvalRequest& request) {
-  if (request.group) return {request.group->rank + 1, request.group->size};
-  return request.shard.empty() ? Shard() : ShardFromText(request.shard);
-}
-
 ExperimentResults Run(const EvalRequest& request, ExperimentOptions experiment, const Shard& shard,
                       const TraceConfidence& trace, const std::atomic<bool>& stop) {
   EstimatorContext context = request.context;
-  if (request.group && experiment.threads == 0) experiment.threads = request.group->threads;
   context.threads = experiment.threads;
   return RunExperiment(
       experiment, {[&](const Config& row, Task task) { return MakeRow(row, task, context); }, trace, &stop, shard});
 }
 
-// At rank 0 the results become those of all processes; false elsewhere, where there is nothing left to do.
-bool JoinShards(const WorkGroup& group, const std::string& setup, ExperimentResults* results) {
-  const std::vector<std::string> texts = group.gather(ShardRecords(*results, setup));
-  const bool estimates = results->experiment.estimates;
-  const std::vector<std::string> files =
-      estimates ? group.gather(EstimatesToBytes(EstimatesOf(*results))) : std::vector<std::string>();
-  if (group.rank != 0) return false;
-  std::vector<ShardContent> shards;
-  for (std::size_t r = 0; r < texts.size(); ++r) {
-    const std::string process = "process " + std::to_string(r);
-    shards.push_back(ReadShardRecords(texts[r], process));
-    if (estimates) AddEstimates(EstimatesFromBytes(files[r], process), process, &shards.back().results);
-  }
-  ExperimentResults joined = MergeShards(std::move(shards), true);
-  joined.fits = std::move(results->fits);
-  joined.traces = std::move(results->traces);
-  *results = std::move(joined);
-  return true;
-}
+RunSetup SetupOf(const EvalRequest& request) { return {request.context.checkpoint_override, request.context.device}; }
 
-void CheckRequest(const EvalRequest& request) {
-  if (request.group.has_value() && (!request.merge.empty() || !request.shard.empty()))
-    throw Error("--shard and --merge are for processes alone; processes of a launcher share the work by themselves");
-  const bool shared = request.group.has_value() || !request.shard.empty();
-  if (shared && (request.train_missing || request.update))
-    throw Error("--train-missing and --update are for one process that does all of the work");
-  RefuseInputsAsOutputs({request.colmap.database}, {request.config_path, request.context.checkpoint_override});
-}
+Shard ShardOf(const EvalRequest& request) { return request.shard.empty() ? Shard() : ShardFromText(request.shard); }
 
 /// The plain values of a configuration, and so the files that it names.
 void AddValuesOf(const Config& config, std::vector<std::string>* values) {
@@ -162,9 +115,7 @@ void RefuseInputs(const EvalRequest& request, const ExperimentOptions& experimen
   for (const std::string& value : values) AddFilesOf(value, &files);
   files.push_back(request.config_path);
   if (ProgramOfRun(folder).empty())
-    for (const char* name :
-         {"config.yaml", "report.html", "table.md", "table.csv", "table.tex", "problems.csv", "results.csv",
-          "results.json", "reliability.csv", kEstimatesFile, kFitsFile, kPairsFile, kShardRecords})
+    for (const char* name : {"config.yaml", "problems.csv", kEstimatesFile, kRunFile})
       outputs.push_back(folder + "/" + name);
   RefuseInputsAsOutputs(outputs, files);
 }
@@ -172,7 +123,6 @@ void RefuseInputs(const EvalRequest& request, const ExperimentOptions& experimen
 // Trains what is asked for and leaves out what is missing. False: `*code` is how the program ends.
 bool MakeReady(const EvalRequest& request, const std::atomic<bool>& stop, ExperimentOptions* experiment,
                std::ostream& out, int* code) {
-  const bool main = !request.group || request.group->rank == 0;
   *code = kExitOk;
   if (request.needs) {
     for (const std::string& folder : NeededFolders(*experiment)) out << folder << "\n";
@@ -183,66 +133,123 @@ bool MakeReady(const EvalRequest& request, const std::atomic<bool>& stop, Experi
     return false;
   }
   const bool something = LeaveOutMissing(!request.context.checkpoint_override.empty(), experiment);
-  if (something) {
-    for (const std::string& what : experiment->left_out) LogWarning("left out: " + what);
-  } else if (main) {
-    out << NothingIsHere(*experiment) << std::endl;
-  }
+  if (!something) out << NothingIsHere(*experiment) << std::endl;
+  for (const std::string& what : experiment->left_out)
+    if (something) LogWarning("left out: " + what);
   return something;
+}
+
+/// Where scripts/report is.
+std::string ReportScripts() {
+  try {
+    return std::filesystem::exists("scripts/report") ? "scripts/report" : SharedFile("report");
+  } catch (const Error&) {
+    return "scripts/report";
+  }
+}
+
+void SayWhere(const std::string& folder, std::ostream& out) {
+  out << "results are in " << folder << "; for a report: python3 " << ReportScripts() << " " << folder << std::endl;
+}
+
+/// One seed. The folder is locked by the caller where it is one of several.
+int EvaluateOne(const EvalRequest& request, ExperimentOptions experiment, const TraceConfidence& trace,
+                const std::atomic<bool>& stop, std::ostream& out) {
+  int code = kExitOk;
+  if (!MakeReady(request, stop, &experiment, out, &code)) return code;
+  CheckColmapExport(experiment, request.colmap);
+  const Shard shard = ShardOf(request);
+  const std::string folder = Folder(request, experiment, shard);
+  RefuseInputs(request, experiment, folder);
+  const ExperimentOptions resolved = WithResolvedRows(experiment, request.context);
+  if (request.update && IsMade(resolved, SetupOf(request), shard, folder)) {
+    UpdateCaptions(resolved, folder);
+    out << experiment.name << ": made already, in " << folder << std::endl;
+    return kExitOk;
+  }
+  const RunLock lock(folder);
+  // Before the work, so that a read-only folder is not found out afterwards.
+  RemoveFile(folder + "/" + kRunFile);
+  const RunDirectory run(folder, "diffsac_eval", WriteExperiment(resolved), experiment.seed);
+  const ExperimentResults results = Run(request, std::move(experiment), shard, trace, stop);
+  WriteRun(results, SetupOf(request), folder);
+  PrintTable(results, out);
+  if (!results.partial) ExportColmap(results, request.colmap, out);
+  SayWhere(folder, out);
+  if (results.partial) LogWarning("interrupted: partial results are in " + folder);
+  return results.partial || stop ? kExitInterrupted : kExitOk;
+}
+
+EvalRequest RequestOf(int seed, const EvalRequest& request, const std::string& folder) {
+  EvalRequest one = request;
+  one.seed = seed;
+  one.output = (std::filesystem::path(folder) / SeedFolder(seed)).string();
+  one.update = true;
+  return one;
+}
+
+/// The seeds with which something can run, each read before anything runs, so that a wrong value is found now. `out` is
+/// told once what all lack.
+std::vector<int> CheckedSeeds(const EvalRequest& request, const std::vector<int>& seeds, std::ostream& out) {
+  std::string told;
+  // Networks that are trained first may not be there yet.
+  const bool any_checkpoint = request.train_missing || !request.context.checkpoint_override.empty();
+  std::vector<int> checked;
+  for (const int seed : seeds) {
+    ExperimentOptions experiment = ReadRequest(RequestOf(seed, request, ""));
+    if (request.needs || LeaveOutMissing(any_checkpoint, &experiment)) {
+      if (!request.needs && !request.train_missing) WithResolvedRows(experiment, request.context);
+      checked.push_back(seed);
+      continue;
+    }
+    const std::string text = NothingIsHere(experiment);
+    if (text != told) out << text << std::endl;
+    told = text;
+  }
+  return checked;
+}
+
+int EvaluateSeeds(const EvalRequest& request, const ExperimentOptions& experiment, const TraceConfidence& trace,
+                  const std::atomic<bool>& stop, std::ostream& out) {
+  if (!request.shard.empty()) throw Error("--shard is for one seed: choose it with --seed");
+  const std::vector<int> seeds = CheckedSeeds(request, *experiment.seeds, out);
+  const std::string folder = Folder(request, experiment, {});
+  std::optional<RunLock> lock;
+  if (!request.needs && !seeds.empty()) {
+    lock.emplace(folder);
+    RemoveFile(folder + "/" + kRunFile);
+    const RunDirectory run(folder, "diffsac_eval", WriteExperiment(experiment), experiment.seed);
+  }
+  for (const int seed : seeds) {
+    const EvalRequest one = RequestOf(seed, request, folder);
+    const int code = EvaluateOne(one, ReadRequest(one), trace, stop, out);
+    if (code == kExitOk) continue;
+    LogWarning("interrupted at seed " + std::to_string(seed) + ": the same call goes on from there");
+    return code;
+  }
+  if (!lock) return kExitOk;
+  WriteFileAtomically(folder + "/" + kRunFile, SeedsJson(experiment, seeds));
+  SayWhere(folder, out);
+  return kExitOk;
 }
 
 }  // namespace
 
 int Evaluate(const EvalRequest& request, const TraceConfidence& trace, const std::atomic<bool>& stop,
              std::ostream& out) {
-  CheckRequest(request);
-  CheckDevice(request.context.device);  // before an earlier run's results are touched
-  if (!request.merge.empty()) {
-    MergeFolders(request.merge, request.output, out);
-    return kExitOk;
-  }
-  ExperimentOptions experiment = ReadRequest(request);
+  if (!request.shard.empty() && (request.train_missing || request.update))
+    throw Error("--train-missing and --update are for one process that does all of the work");
+  RefuseInputsAsOutputs({request.colmap.database}, {request.config_path, request.context.checkpoint_override});
+  CheckDevice(request.context.device);  // Before an earlier run's results are touched.
+  const ExperimentOptions experiment = ReadRequest(request);
   if (request.rows) {
     for (const EstimatorRow& row : experiment.methods) out << row.label << "\n";
-    for (const auto& [label, values] : experiment.paper) out << label << "\n";
     return kExitOk;
   }
   if (experiment.seeds && !request.colmap.database.empty())
     throw Error("--export-colmap is for one run; of several seeds choose one with --seed");
-  if (experiment.seeds) return EvaluateSeeds(request, experiment, trace, stop, out);
-  int code = kExitOk;
-  if (!MakeReady(request, stop, &experiment, out, &code)) return code;
-  CheckColmapExport(experiment, request.colmap);
-  const Shard shard = ShardOf(request);
-  const std::string folder = Folder(request, experiment, request.group ? Shard() : shard);
-  RefuseInputs(request, experiment, folder);
-  if (request.update && IsMade(WithResolvedRows(experiment, request.context), folder)) {
-    out << experiment.name << ": made already, in " << folder << std::endl;
-    // It was not where a disk was full or the process was killed.
-    if (experiment.report && !std::filesystem::exists(folder + "/" + kReportFile)) WriteReport(folder);
-    return kExitOk;
-  }
-  std::optional<RunLock> lock;
-  std::optional<RunDirectory> run;
-  if (!request.group || request.group->rank == 0) {
-    lock.emplace(folder);
-    // Before the work, so that a read-only folder is not found out afterwards.
-    BeginResults(folder);
-    run.emplace(folder, "diffsac_eval", WriteExperiment(WithResolvedRows(experiment, request.context)),
-                experiment.seed);
-    RemoveFile(run->File(kShardRecords));  // An earlier run's: it would pass for this one's until the end.
-  }
-  ExperimentResults results = Run(request, experiment, shard, trace, stop);
-  if (request.group.has_value() && !JoinShards(*request.group, Setup(request), &results))
-    return results.partial ? kExitInterrupted : kExitOk;
-  if (request.shard.empty())
-    WriteWholeRun(results, "", folder, out);
-  else
-    WriteShard(results, Setup(request), folder, out);
-  if (!results.partial) ExportColmap(results, request.colmap, out);
-  if (request.shard.empty()) out << ResultsText(folder) << std::endl;
-  if (results.partial) LogWarning("interrupted: partial results are in " + folder);
-  return results.partial || stop ? kExitInterrupted : kExitOk;
+  return experiment.seeds ? EvaluateSeeds(request, experiment, trace, stop, out)
+                          : EvaluateOne(request, experiment, trace, stop, out);
 }
 
 }  // namespace diffsac

@@ -1,9 +1,6 @@
 #include "lab/eval/experiment.h"
 
-#include <fnmatch.h>
-
 #include <algorithm>
-#include <functional>
 #include <iterator>
 #include <set>
 
@@ -45,53 +42,12 @@ void CheckReferences(const Config& config, const ExperimentOptions& experiment) 
   const auto methods = Names(experiment.methods), conditions = Names(experiment.conditions);
   for (std::size_t i = 0; i < experiment.methods.size(); ++i)
     CheckKnown(config, "methods." + std::to_string(i), "condition", experiment.methods[i].conditions, conditions);
-  const FigureOptions& figures = experiment.figures;
-  const auto check_methods = [&](const std::string& key, const std::vector<std::string>& names) {
-    CheckKnown(config, key, "method", names, methods);
-  };
-  check_methods("reference", {experiment.reference});
-  check_methods("figures.qualitative_method", {figures.qualitative_method});
-  check_methods("figures.qualitative_methods", figures.qualitative_methods);
-  check_methods("figures.bars", figures.bars);
-  CheckKnown(config, "figures.qualitative_conditions", "condition", figures.qualitative_conditions, conditions);
-  CheckKnown(config, "figures.confidence_condition", "condition", {figures.confidence_condition}, conditions);
-  for (const auto& [label, row] : experiment.paper) {
-    check_methods("paper." + label, {row.ours});
-    for (const auto& value : row.values) CheckKnown(config, "paper." + label, "condition", {value.first}, conditions);
-  }
-  for (std::size_t i = 0; i < experiment.compare.size(); ++i)
-    check_methods("compare." + std::to_string(i), {experiment.compare[i].a, experiment.compare[i].b});
-  for (std::size_t i = 0; i < experiment.strata.size(); ++i) {
-    const std::string key = "strata." + std::to_string(i);
-    check_methods(key + ".rows", experiment.strata[i].rows);
-    for (std::size_t k = 0; k < i; ++k)
-      if (experiment.strata[k].by == experiment.strata[i].by)
-        throw Error(config.Where(key) + ": '" + ToString(experiment.strata[i].by) + "' stands twice");
-  }
-}
-
-std::vector<BudgetSeries> SeriesOf(const std::vector<EstimatorRow>& methods) {
-  std::vector<BudgetSeries> all;
-  for (const EstimatorRow& row : methods) {
-    if (row.series.empty()) continue;
-    auto found = std::find_if(all.begin(), all.end(), [&](const BudgetSeries& one) { return one.label == row.series; });
-    if (found == all.end()) found = all.insert(all.end(), {row.series, {}});
-    found->methods.push_back(row.name);
-  }
-  return all;
 }
 
 }  // namespace
 
 bool EstimatorRow::RunsOn(const std::string& condition) const {
   return conditions.empty() || std::find(conditions.begin(), conditions.end(), condition) != conditions.end();
-}
-
-std::string ExperimentOptions::GroupOf(const std::string& scene) const {
-  for (const auto& [group, patterns] : scene_groups)
-    for (const std::string& pattern : patterns)
-      if (::fnmatch(pattern.c_str(), scene.c_str(), 0) == 0) return group;
-  return scene;
 }
 
 std::size_t ExperimentOptions::RowOf(const std::string& method) const {
@@ -110,7 +66,6 @@ void Condition::Bind(OptionsBinder& b) {
 void EstimatorRow::Bind(OptionsBinder& b) {
   b.Field("name", name).Help("unique; the type when empty");
   b.Field("label", label).Help("in tables and pictures; the name, with blanks for _, when empty");
-  b.Field("series", series).Help("rows of one series are joined in the pictures of budgets");
   b.Field("conditions", conditions).Help("only these; all when empty");
   b.Field("max_problems", max_problems, AtLeast(0)).Help("only the first so many problems (slow rows); 0: all");
   b.Rest(config).Help("`type` and the type's own keys");
@@ -120,67 +75,13 @@ void EstimatorRow::Bind(OptionsBinder& b) {
   if (label.empty()) std::replace_copy(name.begin(), name.end(), std::back_inserter(label), '_', ' ');
 }
 
-void PaperValue::Bind(OptionsBinder& b) {
-  b.Positional({"mAA", "median"});
-  b.Field("mAA", accuracy).Help("mean average accuracy");
-  b.Field("median", median_deg).Help("degrees");
-  b.Field("R", rotation).Help("mAA of the rotation alone");
-  b.Field("t", translation).Help("mAA of the translation alone");
-  b.Field("median_R", median_rotation_deg).Help("degrees");
-  b.Field("median_t", median_translation_deg).Help("degrees");
-  b.Field("misclassification", misclassification).Help("several structures: mean error, per cent");
-  b.Field("misclassification_median", misclassification_median).Help("the same, median");
-  b.Field("recall", recall).Help("share of the structures that are found");
-  b.Field("recall_auc_half", recall_auc_half).Help("their angles: recall_AUC at half of the threshold, per cent");
-  b.Field("recall_auc", recall_auc).Help("the same at the threshold");
-}
-
-void PaperRow::Bind(OptionsBinder& b) {
-  b.Field("ours", ours).Help("our row that it stands beside");
-  b.Field("same_data", same_data).Help("it was measured on the same, public, problems");
-  b.Rest(values);
-}
-
-void Comparison::Bind(OptionsBinder& binder) {
-  binder.Positional({"a", "b"});
-  binder.Field("a", a).Help("a row");
-  binder.Field("b", b).Help("the row that is subtracted");
-  binder.Require(!a.empty() && !b.empty(), "", "two methods [a, b]");
-}
-
-void StrataOptions::Bind(OptionsBinder& b) {
-  b.Field("by", by).Help("what problems are divided by");
-  const bool numbers = by != Quantity::kScene;
-  b.Field("bins", bins).OnlyIf(numbers, "another `by` than scene").Help("ascending edges; an edge is in the bin above");
-  b.Field("rows", rows).Help("only these rows; empty: all");
-  const bool ascending = std::is_sorted(bins.begin(), bins.end(), std::less_equal<>());
-  b.Require(!numbers || (!bins.empty() && ascending), "bins", "ascending edges, [0.1, 0.2, 0.4]");
-}
-
-void ImageFolder::Bind(OptionsBinder& b) {
-  b.Field("scenes", scenes).Help("names of scenes; `*` stands for any text, `?` for one character");
-  b.Field("folder", folder).Help("holds the images by the names that the pairs' ids have, with any extension");
-  b.Require(!folder.empty(), "folder", "a folder of images");
-}
-
-void FigureOptions::Bind(OptionsBinder& b) {
-  b.Field("curve", curve).Help("mAA against the conditions' values");
-  b.Field("qualitative", qualitative, Within(0, 8)).Help("problems a condition in the pictures of fits or matches");
-  b.Field("qualitative_method", qualitative_method).Help("whose fits; empty: the first that is not `oracle`");
-  b.Field("qualitative_methods", qualitative_methods).Help("two views: whose matches; empty: the first three");
-  b.Field("qualitative_conditions", qualitative_conditions).Help("empty: up to four, evenly spread");
-  b.Field("confidence_condition", confidence_condition).Help("where reverse steps are shown; empty: the middle one");
-  b.Field("bars", bars).Help("rows in the picture of bars; empty: none");
-  b.Field("images", images).Help("two views: where images are, the first that fits a scene");
-}
-
 void ExperimentOptions::Bind(OptionsBinder& b) {
   b.Field("name", name).Help("of the experiment and its folder in runs/");
-  b.Field("title", title).Help("of the report");
   b.Field("task", task).Help("what is estimated");
   b.Field("seed", seed).Help("of data and methods");
   b.Field("seeds", seeds, AtLeast(0)).Help("a whole run with each, whose mean the table shows; `seed` is the first");
   b.Field("problems", problems, Within(1, 1e7)).Help("for each condition; fewer when the data has fewer");
+  b.Field("examples", examples, AtLeast(0)).Help("of each condition, problems whose points are kept for pictures");
   b.Field("threads", threads, Within(0, 1024)).Help("0: all cores");
   b.GroupWith("metric", [this](OptionsBinder& metric) {
      metric.Field("threshold_deg", threshold_deg, Positive()).Help("c of mAA@c, AUC@c and acc@c");
@@ -192,25 +93,13 @@ void ExperimentOptions::Bind(OptionsBinder& b) {
          .Help("matches so near the true model count in `inlier_share`; 0: those within the data's threshold");
      metric.Require(!pose || task == Task::kHomography, "pose", "task homography; other tasks are judged so always");
    }).Help("c and unit of the accuracies");
-  b.Field("condition_label", condition_label).Help("name of the conditions' axis");
-  b.Field("reference", reference).Help("differences \"reference minus other\"; empty: the first diffsac row");
-  b.Field("notes", notes).Help("a paragraph under the table");
   b.Field("missing", missing).Help("data and networks that are not there: an error, or left out and named");
   b.Field("data_root", data_root).Help("where data is that is not prepared here, `${data_root}` in paths");
   b.Field("estimates", estimates).Help("whether estimates.h5 is written (docs/estimates.md)");
-  b.Field("report", report).Help("whether report.html is written (docs/report.md)");
-  b.Field("labels", labels, AtLeast(0))
-      .Help("data of type point_sets: of at most so many inputs a file with their points' labels is written (labels/)");
-  b.Field("figures", figures).Help("what is drawn");
   b.Field("data", data).Help("docs/generators.md");
   b.Field("conditions", conditions).Help("columns of the table");
   b.Field("methods", methods).Help("rows of the table");
-  b.Field("paper", paper).Help("what the paper reports, by its row and our condition");
-  b.Field("scene_groups", scene_groups).Help("scenes that the means over scenes count as one");
-  b.Field("compare", compare).Help("differences of two rows with their intervals");
-  b.Field("strata", strata).Help("the metric by a quantity of the problems");
-  b.Field("factors", factors)
-      .Help("by name their levels; a row is named by one level of each, joined by \"_\" (docs/extending.md)");
+  b.Field("report", report).Help("what pages show beside the numbers (docs/report.md)");
   if (seeds) {
     b.Require(!seeds->empty(), "seeds", "a list of seeds");
     b.Require(std::set(seeds->begin(), seeds->end()).size() == seeds->size(), "seeds", "different seeds");
@@ -226,7 +115,7 @@ ExperimentOptions ReadExperiment(const Config& given) {
   if (!config.Has("data")) experiment.data = config.Sub("data");
   for (Condition& condition : experiment.conditions) condition.data = experiment.data.MergedWith(condition.data);
   experiment.data = Config();
-  experiment.figures.budget = SeriesOf(experiment.methods);
+  if (experiment.report.Keys().empty()) experiment.report = Config();
   CheckNames(config, "conditions", experiment.conditions);
   CheckNames(config, "methods", experiment.methods);
   CheckReferences(config, experiment);
@@ -237,6 +126,13 @@ std::string WriteExperiment(ExperimentOptions experiment) {
   for (Condition& condition : experiment.conditions)
     condition.data = ConfigFromYaml(WriteDatasetOptions(condition.data));
   return WriteYaml(std::move(experiment));
+}
+
+std::string WriteMeasured(ExperimentOptions experiment) {
+  experiment.report = Config();
+  for (Condition& condition : experiment.conditions) condition.label = condition.name;
+  for (EstimatorRow& row : experiment.methods) row.label = row.name;
+  return WriteExperiment(std::move(experiment));
 }
 
 }  // namespace diffsac

@@ -128,23 +128,15 @@ EstimatedInstances InstancesOf(const Estimate& estimate, const Problem& problem)
 
 double Misclassification(std::span<const std::int32_t> found, std::span<const std::int32_t> truth) {
   if (truth.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const std::vector<std::int32_t> aligned = AlignedTruth(found, truth);
-  std::size_t wrong = 0;
-  for (std::size_t i = 0; i < truth.size(); ++i) wrong += found[i] != aligned[i];
-  return 100.0 * static_cast<double>(wrong) / static_cast<double>(truth.size());
-}
-
-std::vector<std::int32_t> AlignedTruth(std::span<const std::int32_t> found, std::span<const std::int32_t> truth) {
   // How many points each pair of structures has in common.
   Eigen::MatrixXd common = Eigen::MatrixXd::Zero(MostOf(truth), MostOf(found));
   for (std::size_t i = 0; i < truth.size(); ++i)
     if (found[i] > 0 && truth[i] > 0) common(truth[i] - 1, found[i] - 1) += 1.0;
-  std::int32_t unmatched = MostOf(found);
-  std::vector<std::int32_t> number = {0};
-  for (const int partner : BestAssignment(common)) number.push_back(partner >= 0 ? partner + 1 : ++unmatched);
-  std::vector<std::int32_t> aligned;
-  for (const std::int32_t label : truth) aligned.push_back(number[static_cast<std::size_t>(label)]);
-  return aligned;
+  std::vector<std::int32_t> partner_of = {0};
+  for (const int partner : BestAssignment(common)) partner_of.push_back(partner >= 0 ? partner + 1 : -1);
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) wrong += found[i] != partner_of[static_cast<std::size_t>(truth[i])];
+  return 100.0 * static_cast<double>(wrong) / static_cast<double>(truth.size());
 }
 
 double InstanceRecall(const std::vector<ModelParameters>& found, const Example& example) {

@@ -30,10 +30,6 @@ std::vector<int> BestAssignment(const Eigen::MatrixXd& gains);
 /// the fewest: docs/metrics.md#several-structures. Both hold N labels ≥ 0; NaN for no points.
 double Misclassification(std::span<const std::int32_t> found, std::span<const std::int32_t> truth);
 
-/// The true labels with the numbers of the found structures that they are matched to in it, so that both can be
-/// compared (or coloured) number by number; structures without a partner get numbers of their own after those found.
-std::vector<std::int32_t> AlignedTruth(std::span<const std::int32_t> found, std::span<const std::int32_t> truth);
-
 /// A found model stands for a true structure when the root mean square of min(r, kRecallTruncation · ε) over the
 /// structure's points is at most ε.
 inline constexpr double kRecallTruncation = 3.0;

@@ -29,33 +29,13 @@ double AverageAccuracyWithin(double error, const Tolerance& tolerance);
 /// structures, else AverageAccuracyWithin of the main error. NaN without ground truth.
 double AccuracyOf(const EstimateError& error, const Tolerance& tolerance);
 
-/// What lists and captions call a problem's error: the misclassification error where there are several structures, else
-/// the main error, with its unit ("%", "°" or "px").
-double ShownError(const EstimateError& error, const Tolerance& tolerance);
-const char* ShownUnit(bool instances, const Tolerance& tolerance);
-
 /// Compares an estimate with the truth, as the task's description does (problem/task_description.h), and with several
 /// true structures (instances_error.h). A failure is the worst error; it is never left out.
 EstimateError MeasureError(const Estimate& estimate, const Example& example);
 
 /// Accuracy of one error within a tolerance: the mean over k = 1..10 of [error ≤ k·c/10], ties count as accurate.
+/// (The CVPR 2020 RANSAC tutorial's definition with thresholds scaled to c.)
 double AverageAccuracy(double error, double threshold);
-
-/// mAA@c, the mean of AverageAccuracy over the problems. Non-finite errors are accurate at no threshold.
-/// NaN for no errors. (The CVPR 2020 RANSAC tutorial's definition with thresholds scaled to c.)
-double MeanAverageAccuracy(std::span<const double> errors, double threshold);
-
-/// Exact AUC@c: area under the recall over the sorted errors, trapezoids from (0, 0), clipped at c and divided by c
-/// (Sarlin et al., SuperGlue, CVPR 2020, `pose_auc`). NaN for no errors.
-double AreaUnderCurve(std::span<const double> errors, double threshold);
-
-/// recall_AUC@c: the area as CONSAC's program computes it for vanishing points (Kluger et al., CVPR 2020): over the
-/// recall from the smallest error on, without the trapezoid before that, and up to c with the recall at c between those
-/// of the errors beside it, weighted by these errors. NaN for no errors; 0 where none is below c.
-double RecallArea(std::span<const double> errors, double threshold);
-
-/// acc@c, the share of errors ≤ c. NaN for no errors.
-double AccuracyWithin(std::span<const double> errors, double threshold);
 
 /// The middle value, or the mean of the middle two. Infinities rank last; NaN values are left out. NaN for no values.
 double Median(std::vector<double> values);

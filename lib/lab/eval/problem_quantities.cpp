@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 #include <vector>
 
@@ -90,28 +89,5 @@ PoseLevels PoseLevelsOf(const Estimate& estimate, const Example& example) {
   levels.translation = level(error, Eigen::Matrix2d(across.transpose() * covariance.block<3, 3>(3, 3) * across));
   return levels;
 }
-
-namespace {
-
-struct QuantityEntry {
-  const char* title;
-  double (*of)(const ProblemRecord&);
-};
-
-const QuantityEntry& EntryOf(Quantity quantity) {
-  static const std::map<Quantity, QuantityEntry> entries = {
-      {Quantity::kInlierShare, {"share of true inliers", [](const ProblemRecord& r) { return r.inlier_share; }}},
-      {Quantity::kPoints, {"number of points", [](const ProblemRecord& r) { return double(r.points); }}},
-      {Quantity::kRotation, {"true rotation in degrees", [](const ProblemRecord& r) { return r.true_rotation_deg; }}},
-      {Quantity::kBaseline, {"true baseline", [](const ProblemRecord& r) { return r.true_baseline; }}},
-      {Quantity::kParallax, {"true parallax in degrees", [](const ProblemRecord& r) { return r.true_parallax_deg; }}},
-      {Quantity::kScene, {"scene", [](const ProblemRecord&) { return kUnknownQuantity; }}}};
-  return entries.at(quantity);
-}
-
-}  // namespace
-
-double QuantityOf(const ProblemRecord& record, Quantity quantity) { return EntryOf(quantity).of(record); }
-const char* QuantityTitle(Quantity quantity) { return EntryOf(quantity).title; }
 
 }  // namespace diffsac

@@ -21,10 +21,4 @@ double ChiSquareBelow(double value, int freedom);
 /// NaN without a covariance or a true pose, and for other tasks than those of two views.
 PoseLevels PoseLevelsOf(const Estimate& estimate, const Example& example);
 
-/// Of a record; NaN where it is unknown, and for scenes, which have no number.
-double QuantityOf(const ProblemRecord& record, Quantity quantity);
-
-/// What tables and pictures call it.
-const char* QuantityTitle(Quantity quantity);
-
 }  // namespace diffsac

@@ -1,229 +1,295 @@
 #include "lab/eval/run_files.h"
 
-#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <concepts>
 #include <filesystem>
-#include <utility>
+#include <nlohmann/json.hpp>
+#include <sstream>
 
+#include "diffsac/core/status.h"
+#include "lab/config/run_directory.h"
+#include "lab/config/yaml.h"
 #include "lab/eval/format.h"
-#include "lab/eval/record_fields.h"
 #include "lab/files/files.h"
+#include "lab/options/config_json.h"
 
 namespace diffsac {
 namespace {
 
-// An error that is unknown is empty, one of no end is "inf".
-std::string ErrorText(double error) { return std::isinf(error) ? "inf" : NumberText(error); }
+using Json = nlohmann::ordered_json;
 
-/// Appends ",VALUE" for each number that is visited.
-struct AppendValues {
-  std::string* text;
-  void operator()(const char*, double value) const { *text += "," + ErrorText(value); }
-  template <std::integral Count>
-  void operator()(const char*, Count value) const {
-    *text += "," + std::to_string(value);
-  }
-  void operator()(const char*, Degeneracy translation) const { *text += "," + std::string(ToString(translation)); }
-  void operator()(const char*, const std::vector<double>& values) const {
-    *text += ",";
-    for (std::size_t i = 0; i < values.size(); ++i) *text += (i == 0 ? "" : " ") + NumberText(values[i]);
-  }
-  // All digits: far from the origin, nine of a normal are not enough.
-  void operator()(const char*, const ModelParameters& model) const {
-    *text += ",";
-    for (Eigen::Index i = 0; i < model.size(); ++i) *text += (i == 0 ? "" : " ") + ShortestNumber(model[i]);
-  }
+/// Which columns there are.
+struct ColumnKinds {
+  bool estimates = true, two_view = false, instances = false;
 };
 
-/// Appends ",NAME".
-struct AppendNames {
-  std::string* text;
-  template <class Value>
-  void operator()(const char* name, const Value&) const {
-    *text += std::string(",") + name;
+/// Visits the numbers of a record by the names of their columns, in their order: visit(name, value). The truth's
+/// quantities are told in problem_quantities.h, those of several structures in instances_error.h.
+template <class Visit>
+void VisitRecord(const ProblemRecord& r, const ColumnKinds& kinds, const Visit& visit) {
+  visit("angle_deg", r.error.angle_deg);
+  visit("offset", r.error.offset);
+  visit("rotation_deg", r.error.rotation_deg);
+  visit("translation_deg", r.error.translation_deg);
+  visit("error_px", r.error.error_px);
+  visit("focal_error", r.error.focal);
+  visit("inliers", r.inliers);
+  visit("hypotheses", r.stats.hypotheses);
+  visit("ms_features", r.stats.ms_features);
+  visit("ms_network", r.stats.ms_network);
+  visit("ms_consensus", r.stats.ms_consensus);
+  visit("ms_total", r.stats.ms_total);
+  visit("points", r.points);
+  visit("failed", r.error.failed);
+  visit("unique_minimal_sets", r.stats.unique_minimal_sets);
+  visit("all_inlier_sets", r.all_inlier_sets);
+  constexpr const char* kPose[] = {"qw", "qx", "qy", "qz", "tx", "ty", "tz"};
+  static const EstimateRecord kNone;  // Of examples alone there are others.
+  const EstimateRecord& found = kinds.estimates ? r : kNone;
+  visit("sigma", std::isfinite(found.sigma) ? found.sigma : std::nan(""));
+  const std::array<double, 7> pose = PoseNumbers(found.pose);
+  for (std::size_t i = 0; i < pose.size(); ++i) visit(kPose[i], pose[i]);
+  visit("model", found.model);
+  visit("log10_nfa", r.log10_nfa);
+  visit("inlier_share", r.inlier_share);
+  visit("true_rotation_deg", r.true_rotation_deg);
+  visit("true_baseline", r.true_baseline);
+  visit("true_parallax_deg", r.true_parallax_deg);
+  visit("rotation_level", r.levels.rotation);
+  visit("translation_level", r.levels.translation);
+  if (kinds.two_view) {
+    visit("pose_rotation_deg", r.error.pose_rotation_deg);
+    visit("pose_translation_deg", r.error.pose_translation_deg);
+    visit("pose_deg", r.error.pose_deg);
+    visit("degeneracy", r.degeneracy);
+    visit("has_ambiguous_pose", r.has_ambiguous_pose);
+    visit("error_probability", r.error_probability);
   }
-};
-
-/// The lines of results.csv: experiment,dataset,scene,condition,method,metric,value.
-class LongLines {
- public:
-  explicit LongLines(const ExperimentResults& results) : results_(results), accuracy_(AccuracyMetric(results)) {}
-  void Add(const std::string& scene, std::size_t condition, const std::string& method, const std::string& metric,
-           double value) {
-    text_ += CsvText(results_.experiment.name) + "," + CsvText(results_.dataset) + "," + CsvText(scene) + "," +
-             CsvText(results_.experiment.conditions[condition].name) + "," + CsvText(method) + "," + metric + "," +
-             NumberText(value) + "\n";
+  if (kinds.instances) {
+    visit("misclassified", r.error.misclassified);
+    visit("recall", r.error.recall);
+    visit("one_structure_sets", r.one_instance_sets);
+    visit("structures_in_sets", r.instances_in_sets);
+    visit("structures", r.instance_count);
+    visit("draws", r.stats.iterations);
+    visit("structure_angles_deg", r.error.instance_angles_deg);
   }
-  /// The mean under the metric's name and, where they are known, the ends under METRIC_low and METRIC_high.
-  void Add(const std::string& scene, std::size_t condition, const std::string& method, const std::string& metric,
-           const ConfidenceInterval& interval) {
-    Add(scene, condition, method, metric, interval.mean);
-    if (std::isnan(interval.low)) return;
-    Add(scene, condition, method, metric + "_low", interval.low);
-    Add(scene, condition, method, metric + "_high", interval.high);
-  }
-  const ExperimentResults& results() const { return results_; }
-  /// AccuracyMetric.
-  const std::string& accuracy() const { return accuracy_; }
-  const std::string& text() const { return text_; }
-
- private:
-  const ExperimentResults& results_;
-  std::string accuracy_;
-  std::string text_ = "experiment,dataset,scene,condition,method,metric,value\n";
-};
-
-void AddStratumRows(const StratumReport& one, LongLines* lines) {
-  const ExperimentResults& results = one.stratum.results;
-  for (std::size_t i = 0; i < results.cells.size(); ++i) {
-    const Cell& cell = results.cells[i];
-    if (cell.records.empty()) continue;
-    const std::string& method = results.experiment.methods[cell.method].name;
-    const auto failures = std::count_if(cell.records.begin(), cell.records.end(),
-                                        [](const ProblemRecord& record) { return record.error.failed; });
-    lines->Add(one.stratum.name, cell.condition, method, lines->accuracy(), one.accuracies[i]);
-    lines->Add(one.stratum.name, cell.condition, method, "problems", static_cast<double>(cell.records.size()));
-    lines->Add(one.stratum.name, cell.condition, method, "failures", static_cast<double>(failures));
-  }
+  visit("largest_coordinate", r.largest_coordinate);
 }
 
-void AddStratumDifferences(const StratumReport& one, LongLines* lines) {
-  const ExperimentOptions& experiment = one.stratum.results.experiment;
-  for (std::size_t i = 0; i < experiment.compare.size(); ++i)
-    for (std::size_t c = 0; c < experiment.conditions.size(); ++c)
-      if (const auto& difference = one.differences[i][c])
-        lines->Add(one.stratum.name, c, experiment.compare[i].a + " - " + experiment.compare[i].b, lines->accuracy(),
-                   *difference);
+std::string FieldText(double value) {
+  return std::isnan(value) ? "" : std::isinf(value) ? (value > 0 ? "inf" : "-inf") : ShortestNumber(value);
+}
+std::string FieldText(std::integral auto count) { return std::to_string(count); }
+std::string FieldText(Degeneracy translation) { return ToString(translation); }
+template <class Values>
+requires requires(const Values& values) { values.begin(); }
+std::string FieldText(const Values& values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : " ") + FieldText(value);
+  return text;
 }
 
-/// Effects by condition: "FACTOR=LEVEL" in the method's place, the accuracy's metric and `ms` with their ends, and
-/// `combinations`.
-void AddEffectLines(const std::vector<FactorEffects>& effects, const std::string& scene, LongLines* lines) {
-  const ExperimentOptions& experiment = lines->results().experiment;
-  for (std::size_t c = 0; c < effects.size(); ++c)
-    for (std::size_t f = 0; f < effects[c].size(); ++f)
-      for (std::size_t l = 0; l < effects[c][f].size(); ++l) {
-        const LevelEffect& effect = effects[c][f][l];
-        const std::string method = experiment.factors[f].first + "=" + experiment.factors[f].second[l];
-        if (effect.accuracy) lines->Add(scene, c, method, lines->accuracy(), *effect.accuracy);
-        if (effect.milliseconds) lines->Add(scene, c, method, "ms", *effect.milliseconds);
-        lines->Add(scene, c, method, "combinations", static_cast<double>(effect.combinations));
-      }
-}
-
-/// For each stratum, its name in the scene's place: of each row the accuracy with its ends, problems and failures; the
-/// comparisons, "A - B" in the method's place; the effects.
-void AddStrataLines(const Report& report, LongLines* lines) {
-  for (const StrataReport& strata : report.strata) {
-    if (!strata.known()) continue;
-    for (const StratumReport& one : strata.strata) {
-      AddStratumRows(one, lines);
-      AddStratumDifferences(one, lines);
-      AddEffectLines(one.effects, one.stratum.name, lines);
-    }
+/// What a run's config.yaml begins with, "# key: value" lines, but for the program.
+Json HeaderJson(const std::string& config) {
+  Json header = Json::object();
+  std::istringstream in(config);
+  for (std::string line; std::getline(in, line) && line.starts_with("# ");) {
+    const std::size_t colon = line.find(": ");
+    if (colon != std::string::npos && !line.starts_with("# program"))
+      header[line.substr(2, colon - 2)] = line.substr(colon + 2);
   }
+  return header;
 }
 
-std::vector<std::string> ConditionNames(const ExperimentOptions& experiment) {
-  std::vector<std::string> names;
-  for (const Condition& condition : experiment.conditions) names.push_back(condition.name);
-  return names;
+Json FactsJson(const RunFacts& facts, const std::string& config) {
+  Json networks = Json::object();
+  for (const auto& [path, digest] : facts.networks) networks[path] = digest;
+  return {{"run", HeaderJson(config)},
+          {"seconds", facts.seconds},
+          {"peak_memory_mib", facts.peak_memory_mib},
+          {"data_sha256", facts.data_digest},
+          {"networks_sha256", networks}};
 }
 
-/// What programs leave, in the order of use, and what it is for.
-constexpr std::pair<const char*, const char*> kFiles[] = {
-    {"report.html", " (open it in a browser)"},
-    {"checkpoints/best.safetensors", " (the network, for --checkpoint)"},
-    {"table.md", ""},
-    {"problems.csv", ""},
-    {"estimates.h5", ""},
-    {"metrics.csv", ""},
-    {"events.out.tfevents.diffsac", " (tensorboard --logdir of the folder)"},
-    {"labels", " (the points with their labels)"},
-};
+Json LearnedJson(const ExperimentResults& results) {
+  Json rows = Json::object();
+  for (const LearnedRow& row : results.learned)
+    rows[results.experiment.methods[row.method].name] = {{"parameters", row.facts.parameters},
+                                                         {"samples", row.facts.samples},
+                                                         {"run_samples", row.facts.run_samples},
+                                                         {"start", row.facts.start}};
+  return rows;
+}
+
+Json ConditionsJson(const ExperimentResults& results) {
+  Json list = Json::array();
+  for (std::size_t c = 0; c < results.experiment.conditions.size(); ++c) {
+    const Condition& condition = results.experiment.conditions[c];
+    list.push_back({{"name", condition.name},
+                    {"label", condition.label},
+                    {"value", condition.value ? Json(*condition.value) : Json(nullptr)},
+                    {"problems", c < results.problems.size() ? results.problems[c] : 0}});
+  }
+  return list;
+}
+
+Json MethodsJson(const ExperimentOptions& experiment) {
+  Json list = Json::array();
+  for (const EstimatorRow& row : experiment.methods)
+    list.push_back({{"name", row.name},
+                    {"label", row.label},
+                    {"type", row.type},
+                    {"competes", row.Competes()},
+                    {"conditions", row.conditions},
+                    {"max_problems", row.max_problems}});
+  return list;
+}
+
+Json ReliabilityJson(const std::vector<Reliability>& all) {
+  Json list = Json::array();
+  for (const Reliability& one : all)
+    list.push_back({{"label", one.label}, {"condition", one.condition}, {"scenes", one.scenes}});
+  return list;
+}
+
+Json ConfigurationJson(const std::string& yaml) { return Json::parse(ToJson(ConfigFromYaml(yaml))); }
+
+std::string TextOf(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+// The whole of a text as a number, or 0, which is never valid here.
+int PositiveNumber(const std::string& text) {
+  int value = 0;
+  const char* end = text.data() + text.size();
+  const auto result = std::from_chars(text.data(), end, value);
+  return result.ec == std::errc() && result.ptr == end && value > 0 ? value : 0;
+}
+
+Json SetupJson(const RunSetup& setup) { return {{"checkpoint", setup.checkpoint}, {"device", setup.device}}; }
+
+Json ShardJson(const Shard& shard) {
+  return shard.whole() ? Json(nullptr) : Json{{"index", shard.index}, {"count", shard.count}};
+}
 
 }  // namespace
 
-std::string ResultsCsv(const Report& report) {
-  const ExperimentResults& results = report.results;
-  LongLines lines(results);
-  for (const Cell& cell : results.cells)
-    for (const MetricValue& value : report.Of(cell).metrics)
-      lines.Add(value.scene, cell.condition, results.experiment.methods[cell.method].name, value.metric, value.value);
-  AddEffectLines(report.effects, "mean", &lines);
-  AddStrataLines(report, &lines);
-  return lines.text();
-}
-
 std::string ProblemsCsv(const ExperimentResults& results) {
-  const bool two_view = IsTwoView(results.experiment.task), instances = JudgesInstances(results);
-  const auto visit = [&](const ProblemRecord& record, const auto& append) {
-    VisitRecord(record, append);
-    VisitEstimate(record, append);
-    VisitChance(record, append);
-    VisitQuantities(record, append);
-    VisitLevels(record, append);
-    if (two_view) VisitPose(record, append);
-    if (instances) VisitInstances(record, append);
-  };
-  std::string text = "id,scene,condition,method,status";
-  visit(ProblemRecord(), AppendNames{&text});
+  const ExperimentOptions& experiment = results.experiment;
+  const ColumnKinds kinds{experiment.estimates, IsTwoView(experiment.task), JudgesInstances(results)};
+  std::string text = "index,id,scene,condition,method,status";
+  VisitRecord(ProblemRecord(), kinds, [&](const char* name, const auto&) { text += std::string(",") + name; });
   text += "\n";
   for (const Cell& cell : results.cells) {
-    const std::string names = "," + CsvText(results.experiment.conditions[cell.condition].name) + "," +
-                              CsvText(results.experiment.methods[cell.method].name) + ",";
+    const std::string names = "," + CsvText(experiment.conditions[cell.condition].name) + "," +
+                              CsvText(experiment.methods[cell.method].name) + ",";
     for (const ProblemRecord& record : cell.records) {
-      text += CsvText(record.id) + "," + CsvText(record.scene) + names + std::string(ToString(record.status));
-      visit(record, AppendValues{&text});
+      text += std::to_string(record.index) + "," + CsvText(record.id) + "," + CsvText(record.scene) + names +
+              std::string(ToString(record.status));
+      VisitRecord(record, kinds, [&](const char*, const auto& value) { text += "," + FieldText(value); });
       text += "\n";
     }
   }
   return text;
 }
 
-void WriteResults(const Report& report, const std::string& folder) {
-  WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(report.results));
-  WriteFileAtomically(folder + "/results.csv", ResultsCsv(report));
-  RemoveFile(folder + "/reliability.csv");  // An earlier run's.
-  if (!report.results.reliability.empty())
-    WriteFileAtomically(folder + "/reliability.csv", ReliabilityCsv(DistinctCurves(report.results.reliability),
-                                                                    ConditionNames(report.results.experiment)));
-  WriteFileAtomically(folder + "/table.md", MarkdownReport(report));
+std::string RunJson(const ExperimentResults& results, const RunSetup& setup, const std::string& config) {
+  const ExperimentOptions& experiment = results.experiment;
+  const Tolerance c = experiment.tolerance();
+  return TextOf({{"format", "diffsac run 1"},
+                 {"experiment", experiment.name},
+                 {"task", ToString(experiment.task)},
+                 {"dataset", results.dataset},
+                 {"seed", experiment.seed},
+                 {c.pixels ? "threshold_px" : "threshold_deg", c.value},
+                 {"unit", JudgesInstances(results) ? "%"
+                          : c.pixels               ? "px"
+                                                   : "°"},
+                 {"two_view", IsTwoView(experiment.task)},
+                 {"partial", results.partial},
+                 {"shard", ShardJson(results.shard)},
+                 {"setup", SetupJson(setup)},
+                 {"left_out", experiment.left_out},
+                 {"conditions", ConditionsJson(results)},
+                 {"methods", MethodsJson(experiment)},
+                 {"git_revision", GitRevision()},
+                 {"machine", MachineText()},
+                 {"learned", LearnedJson(results)},
+                 {"facts", FactsJson(results.facts, config)},
+                 {"reliability", ReliabilityJson(results.reliability)},
+                 {"configuration", ConfigurationJson(config)}});
 }
 
-void BeginResults(const std::string& folder) { RemoveFile(folder + "/results.json"); }
+std::string SeedFolder(int seed) { return "seed_" + std::to_string(seed); }
 
-void EndResults(const Report& report, const std::string& folder) {
-  const std::string config = folder + "/config.yaml";
-  WriteFileAtomically(folder + "/results.json",
-                      ResultsJson(report, std::filesystem::exists(config) ? ReadFile(config) : ""));
+std::string SeedsJson(const ExperimentOptions& experiment, const std::vector<int>& seeds) {
+  std::vector<std::string> folders;
+  for (const int seed : seeds) folders.push_back(SeedFolder(seed));
+  return TextOf({{"format", "diffsac runs 1"},
+                 {"experiment", experiment.name},
+                 {"task", ToString(experiment.task)},
+                 {"seeds", seeds},
+                 {"folders", folders},
+                 {"partial", false},
+                 {"configuration", ConfigurationJson(WriteExperiment(experiment))}});
 }
 
-bool IsMade(const ExperimentOptions& experiment, const std::string& folder) {
-  const std::string table = folder + "/table.md", config_path = folder + "/config.yaml",
-                    json = folder + "/results.json";
-  for (const std::string& path : {table, config_path, json})
+void WriteRun(const ExperimentResults& results, const RunSetup& setup, const std::string& folder) {
+  WriteFileAtomically(folder + "/problems.csv", ProblemsCsv(results));
+  WriteEstimates(results, folder);
+  WriteFileAtomically(folder + "/" + kRunFile, RunJson(results, setup, ReadFile(folder + "/config.yaml")));
+}
+
+bool IsMade(const ExperimentOptions& experiment, const RunSetup& setup, const Shard& shard, const std::string& folder) {
+  const std::string config = folder + "/config.yaml", run = folder + "/" + kRunFile;
+  for (const std::string& path : {config, run, folder + "/problems.csv"})
     if (!std::filesystem::exists(path)) return false;
-  const std::string config = ReadFile(config_path);
-  const std::size_t header = config.find("\n\n");
-  if (header == std::string::npos || config.substr(header + 2) != WriteExperiment(experiment)) return false;
-  if (ReadFile(json).find("\"partial\": false") == std::string::npos) return false;
+  try {
+    const Json json = Json::parse(ReadFile(run));
+    if (json.at("partial") != false || json.at("setup") != SetupJson(setup) || json.at("shard") != ShardJson(shard))
+      return false;
+    if (WriteMeasured(ReadExperiment(ConfigFromFile(config))) != WriteMeasured(experiment)) return false;
+  } catch (const Error&) {
+    return false;
+  } catch (const Json::exception&) {
+    return false;  // Of an earlier version, or damaged.
+  }
   std::vector<std::filesystem::path> sources = {std::filesystem::read_symlink("/proc/self/exe")};
   for (const EstimatorRow& row : experiment.methods)
     if (row.config.Has("checkpoint")) sources.emplace_back(row.config.Text("checkpoint"));
   return std::all_of(sources.begin(), sources.end(), [&](const std::filesystem::path& source) {
     return std::filesystem::exists(source) &&
-           std::filesystem::last_write_time(source) < std::filesystem::last_write_time(table);
+           std::filesystem::last_write_time(source) < std::filesystem::last_write_time(run);
   });
 }
 
-std::string ResultsText(const std::string& folder) {
-  std::string files;
-  for (const auto& [name, purpose] : kFiles)
-    if (std::filesystem::exists(std::filesystem::path(folder) / name))
-      files += (files.empty() ? ": " : ", ") + std::string(name) + purpose;
-  return "results are in " + folder + files;
+void UpdateCaptions(const ExperimentOptions& experiment, const std::string& folder) {
+  const std::string path = folder + "/config.yaml", run = folder + "/" + kRunFile;
+  const std::string config = ReadFile(path), own = WriteExperiment(experiment);
+  const std::size_t body = config.find("\n\n") + 2;
+  if (config.compare(body, std::string::npos, own) == 0) return;
+  try {
+    Json json = Json::parse(ReadFile(run));
+    json["configuration"] = ConfigurationJson(own);
+    for (std::size_t m = 0; m < experiment.methods.size(); ++m)
+      json.at("methods").at(m).at("label") = experiment.methods[m].label;
+    for (std::size_t c = 0; c < experiment.conditions.size(); ++c)
+      json.at("conditions").at(c).at("label") = experiment.conditions[c].label;
+    WriteFileAtomically(path, config.substr(0, body) + own);
+    WriteFileAtomically(run, TextOf(json));
+  } catch (const Json::exception&) {
+    throw Error(run + ": not the run.json of this run, or damaged");
+  }
+}
+
+Shard ShardFromText(const std::string& text) {
+  const std::size_t slash = text.find('/');
+  Shard shard{0, 0};
+  if (slash != std::string::npos)
+    shard = {PositiveNumber(text.substr(0, slash)), PositiveNumber(text.substr(slash + 1))};
+  if (shard.index < 1 || shard.index > shard.count)
+    throw Error("--shard: expected i/n with 1 <= i <= n, as in 2/3; got '" + text + "'");
+  return shard;
 }
 
 }  // namespace diffsac

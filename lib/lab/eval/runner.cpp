@@ -4,10 +4,10 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
+#include <span>
 #include <string_view>
 
 #include "diffsac/core/embedded_models.h"
@@ -21,17 +21,18 @@
 #include "lab/config/paths.h"
 #include "lab/config/process.h"
 #include "lab/config/progress.h"
-#include "lab/config/run_directory.h"
 #include "lab/data/pair_check.h"
-#include "lab/data/point_files.h"
 #include "lab/eval/digest.h"
 #include "lab/eval/instances_error.h"
-#include "lab/eval/merge.h"
+#include "lab/eval/kept_examples.h"
 #include "lab/eval/problem_quantities.h"
 #include "lab/ground_truth/pose_error.h"
 
 namespace diffsac {
 namespace {
+
+/// The label of the reliability of the probabilities by the matching ratio, on the problems of a row with a network.
+constexpr const char* kRatioLabel = "by the matching ratio";
 
 bool Stopped(const RunInputs& inputs) { return inputs.stop != nullptr && inputs.stop->load(); }
 
@@ -84,12 +85,12 @@ void RecordInstances(const Example& example, const Estimate& estimate, ProblemRe
 
 }  // namespace
 
-ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate) {
+ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& example, const Estimate& estimate,
+                         bool whole) {
   ProblemRecord record;
-  static_cast<EstimateRecord&>(record) = RecordOf(example, estimate, experiment.estimates);
-  record.scene = experiment.GroupOf(example.scene);
+  static_cast<EstimateRecord&>(record) = RecordOf(example, estimate, whole);
   record.error = MeasureError(estimate, example);
-  AddPoseError(experiment.estimates ? record.pose : PoseOfEstimate(estimate, example.problem), example, &record.error);
+  AddPoseError(whole ? record.pose : PoseOfEstimate(estimate, example.problem), example, &record.error);
   record.has_ambiguous_pose = estimate.ambiguous_pose.has_value();
   record.error_probability = estimate.error_probability;
   record.inliers = static_cast<int>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1));
@@ -104,20 +105,46 @@ ProblemRecord MakeRecord(const ExperimentOptions& experiment, const Example& exa
 
 namespace {
 
+/// One problem: probabilities in [0, 1], and for each point whether it is a true inlier. Nothing where the lengths
+/// differ (no truth, or no probabilities).
+std::optional<ReliabilityBins> CountReliability(std::span<const float> probabilities,
+                                                const std::vector<std::uint8_t>& inliers) {
+  if (probabilities.empty() || probabilities.size() != inliers.size()) return std::nullopt;
+  ReliabilityBins bins{};
+  const auto last = static_cast<int>(bins.size()) - 1;
+  for (std::size_t i = 0; i < inliers.size(); ++i) {
+    const double p = probabilities[i];
+    if (!(p >= 0.0 && p <= 1.0)) continue;
+    auto& [points, predicted, true_inliers] =
+        bins[static_cast<std::size_t>(std::min(last, static_cast<int>(p * static_cast<double>(bins.size()))))];
+    points += 1.0;
+    predicted += p;
+    true_inliers += inliers[i] != 0 ? 1.0 : 0.0;
+  }
+  return bins;
+}
+
+void Add(const std::optional<ReliabilityBins>& bins, const std::string& scene, Reliability* all) {
+  if (!bins) return;
+  ReliabilityBins& sums = all->scenes[scene];
+  for (std::size_t b = 0; b < sums.size(); ++b)
+    for (std::size_t k = 0; k < sums[b].size(); ++k) sums[b][k] += (*bins)[b][k];
+}
+
 /// What is kept of one problem.
 struct Outcome {
   ProblemRecord record;
-  Reliability of_network, of_ratio;    ///< Empty for rows that give no probabilities.
-  std::optional<Estimate> shown = {};  ///< Where a picture shows it.
+  std::optional<ReliabilityBins> of_network, of_ratio;  ///< Nothing for rows that give no probabilities.
 };
 
 Outcome OutcomeOf(const ExperimentOptions& experiment, const TableRow& method, const Example& example,
-                  const Estimate& estimate) {
-  Outcome outcome{MakeRecord(experiment, example, estimate), {}, {}};
+                  const Estimate& estimate, bool whole) {
+  Outcome outcome{MakeRecord(experiment, example, estimate, whole), {}, {}};
   if (!method.GivesProbabilities() || estimate.inlier_probabilities.empty()) return outcome;
-  outcome.of_network.Add(estimate.inlier_probabilities, example.truth.inliers);
+  outcome.of_network = CountReliability(estimate.inlier_probabilities, example.truth.inliers);
   const Eigen::VectorXf of_ratio = MatchPriors(example.problem).cast<float>();
-  outcome.of_ratio.Add({of_ratio.data(), static_cast<std::size_t>(of_ratio.size())}, example.truth.inliers);
+  outcome.of_ratio =
+      CountReliability({of_ratio.data(), static_cast<std::size_t>(of_ratio.size())}, example.truth.inliers);
   return outcome;
 }
 
@@ -139,9 +166,11 @@ struct CellRun {
   const Condition& condition;
   const TableRow& method;
   Progress& progress;
-  const std::vector<std::size_t>& shown;  // Ascending positions of the problems whose estimates pictures show.
+  const std::vector<std::size_t>& kept;  // Ascending positions of the examples.
 
-  bool Shows(std::size_t position) const { return std::binary_search(shown.begin(), shown.end(), position); }
+  bool KeepsEstimate(std::size_t position) const {
+    return experiment.estimates || std::binary_search(kept.begin(), kept.end(), position);
+  }
   Estimate EstimateOne(const Example& example) const {
     return method.Run(
         example, {condition.name, static_cast<std::uint64_t>(experiment.seed), ProblemSeed(experiment.seed, example)});
@@ -151,9 +180,9 @@ struct CellRun {
 /// Side by side, or, where the row prefers that, batch after batch.
 std::vector<Outcome> RunAll(const CellRun& run, const std::vector<std::size_t>& positions) {
   std::vector<Outcome> outcomes(positions.size());
-  const auto take = [&](std::size_t i, Estimate estimate) {
-    outcomes[i] = OutcomeOf(run.experiment, run.method, run.examples[positions[i]], estimate);
-    if (run.Shows(positions[i])) outcomes[i].shown = std::move(estimate);
+  const auto take = [&](std::size_t i, const Estimate& estimate) {
+    outcomes[i] =
+        OutcomeOf(run.experiment, run.method, run.examples[positions[i]], estimate, run.KeepsEstimate(positions[i]));
   };
   const auto batch = static_cast<std::size_t>(run.method.PreferredBatch());
   if (batch <= 1)
@@ -171,8 +200,8 @@ std::vector<Outcome> RunAll(const CellRun& run, const std::vector<std::size_t>& 
       problems.push_back(&example.problem);
       seeds.push_back(ProblemSeed(run.experiment.seed, example));
     }
-    std::vector<Estimate> estimates = run.method.estimator()->RunBatch(problems, seeds);
-    for (std::size_t i = first; i < last; ++i) take(i, std::move(estimates[i - first]));
+    const std::vector<Estimate> estimates = run.method.estimator()->RunBatch(problems, seeds);
+    for (std::size_t i = first; i < last; ++i) take(i, estimates[i - first]);
     run.progress.Advance(static_cast<std::int64_t>(last - first));
   }
   return outcomes;
@@ -182,8 +211,7 @@ std::vector<Outcome> RunAll(const CellRun& run, const std::vector<std::size_t>& 
 struct CellResults {
   std::vector<std::size_t> positions;  ///< All that are run, ascending.
   Cell cell;
-  ReliabilityCurve of_network, of_ratio;
-  std::map<std::size_t, Estimate> shown = {};  ///< By position.
+  Reliability of_network, of_ratio;
 };
 
 // The part of ascending positions that lies in the block.
@@ -201,31 +229,10 @@ void RunBlock(const CellRun& run, CellResults* results) {
   for (std::size_t i = 0; i < outcomes.size(); ++i) {
     Outcome& outcome = outcomes[i];
     if (!outcome.record.done) continue;
-    if (outcome.shown) results->shown.emplace(positions[i], std::move(*outcome.shown));
-    const std::string& scene = outcome.record.scene;
-    if (!outcome.of_network.empty()) results->of_network.scenes[scene].Add(outcome.of_network);
-    if (!outcome.of_ratio.empty()) results->of_ratio.scenes[scene].Add(outcome.of_ratio);
+    Add(outcome.of_network, outcome.record.scene, &results->of_network);
+    Add(outcome.of_ratio, outcome.record.scene, &results->of_ratio);
     results->cell.records.push_back(std::move(outcome.record));
   }
-}
-
-// Those of the block: as they were estimated, or now where the row runs on other problems.
-void KeepFits(const CellRun& run, std::size_t condition, std::size_t method, CellResults* row,
-              std::vector<KeptFit>* fits) {
-  for (const std::size_t i : PositionsIn(run.examples, run.shown)) {
-    if (Stopped(run.inputs)) return;
-    const auto known = row->shown.extract(i);
-    fits->push_back({condition, run.examples[i], known ? known.mapped() : run.EstimateOne(run.examples[i]), method});
-  }
-}
-
-// Of the condition's first problem.
-void KeepTrace(const CellRun& run, const std::string& label, ExperimentResults* results) {
-  if (run.examples.first != 0 || run.examples.examples.empty()) return;
-  if (!run.inputs.trace || !results->traces.empty() || Stopped(run.inputs)) return;
-  const Example& example = run.examples[0];
-  auto trace = run.inputs.trace(*run.method.estimator(), example.problem, ProblemSeed(run.experiment.seed, example));
-  if (trace.has_value()) results->traces.push_back({example, std::move(*trace), label});
 }
 
 std::int64_t TotalWork(const ExperimentOptions& experiment, const std::vector<std::unique_ptr<Dataset>>& datasets,
@@ -278,71 +285,6 @@ std::vector<std::pair<std::string, std::string>> NetworksOf(const ExperimentOpti
   return networks;
 }
 
-// A group without a scene is most likely a misspelt name, but data that is not here may have it.
-void WarnOfEmptyGroups(const ExperimentOptions& experiment, const std::set<std::string>& groups) {
-  if (groups.empty()) return;
-  for (const auto& entry : experiment.scene_groups)
-    if (groups.count(entry.first) == 0) LogWarning("scene_groups: no scene of the data is in '" + entry.first + "'");
-}
-
-// The row whose fits are shown: the named one, or the first that is not the oracle; -1 for none.
-int FitsRow(const ExperimentOptions& experiment) {
-  for (std::size_t i = 0; i < experiment.methods.size(); ++i) {
-    const std::string& asked = experiment.figures.qualitative_method;
-    const bool fits = asked.empty() ? experiment.methods[i].type != "oracle" : experiment.methods[i].name == asked;
-    if (fits) return static_cast<int>(i);
-  }
-  return -1;
-}
-
-// The rows whose fits are shown: one for lines and planes, several for two views.
-std::vector<std::size_t> FitsRows(const ExperimentOptions& experiment) {
-  constexpr std::size_t kRows = 3;
-  const FigureOptions& figures = experiment.figures;
-  const bool one = !IsTwoView(experiment.task) || !figures.qualitative_method.empty();
-  std::vector<std::size_t> rows;
-  if (one && figures.qualitative_methods.empty()) {
-    const int row = FitsRow(experiment);
-    if (row >= 0) rows.push_back(row);
-    return rows;
-  }
-  for (const std::string& name : figures.qualitative_methods) rows.push_back(experiment.RowOf(name));
-  for (std::size_t m = 0; figures.qualitative_methods.empty() && m < experiment.methods.size(); ++m)
-    if (experiment.methods[m].type != "oracle" && rows.size() < kRows) rows.push_back(m);
-  return rows;
-}
-
-// Whether fits of a condition are shown: up to four conditions, evenly spread, or the named ones.
-bool ShowsFits(const ExperimentOptions& experiment, std::size_t condition) {
-  const auto& named = experiment.figures.qualitative_conditions;
-  const auto& all = experiment.conditions;
-  if (!named.empty()) return std::find(named.begin(), named.end(), all[condition].name) != named.end();
-  const std::size_t shown = std::min<std::size_t>(4, all.size());
-  for (std::size_t i = 0; i < shown; ++i) {
-    const std::size_t at = shown == 1 ? 0 : i * (all.size() - 1) / (shown - 1);
-    if (at == condition) return true;
-  }
-  return false;
-}
-
-// Whether the denoised confidences of a condition's first problem are shown: the middle condition or the named one.
-bool ShowsTrace(const ExperimentOptions& experiment, std::size_t condition) {
-  const std::string& named = experiment.figures.confidence_condition;
-  return named.empty() ? condition == experiment.conditions.size() / 2 : experiment.conditions[condition].name == named;
-}
-
-// Which of a condition's problems are shown: the first ones; of two views, whose data comes scene by scene, evenly
-// spread ones. Ascending.
-std::vector<std::size_t> FitPositions(const ExperimentOptions& experiment, std::size_t problems) {
-  const std::size_t count = std::min<std::size_t>(experiment.figures.qualitative, problems);
-  const bool spread = IsTwoView(experiment.task);
-  std::vector<std::size_t> positions;
-  for (std::size_t i = 0; i < count; ++i) positions.push_back(spread ? i * problems / count : i);
-  return positions;
-}
-
-const std::vector<std::size_t> kNone;
-
 /// All rows on one condition.
 class ConditionRun {
  public:
@@ -355,43 +297,32 @@ class ConditionRun {
         methods_(methods),
         problems_(ProblemCount(dataset, experiment)),
         needed_(problems_, 0),
-        fit_positions_(FitPositions(experiment, problems_)),
-        rows_(methods.size()),
-        fits_(methods.size()) {
-    const bool pictures = inputs.shard.index == 1;  // Pictures of examples are the first shard's.
+        kept_(ExamplePositions(experiment, problems_)),
+        rows_(methods.size()) {
     for (std::size_t m = 0; m < methods.size(); ++m) {
       const EstimatorRow& row = experiment.methods[m];
       rows_[m] = {{}, {condition, m, {}}, {row.label, condition, {}}, {kRatioLabel, condition, {}}};
       if (row.RunsOn(experiment.conditions[condition].name))
         rows_[m].positions = RowPositions(row, methods[m], problems_, inputs.shard);
-      Need(rows_[m].positions);
+      for (const std::size_t i : rows_[m].positions) needed_[i] = 1;
     }
-    if (pictures) Need(fit_positions_);
-    shows_trace_ = pictures && ShowsTrace(experiment, condition);
-    if (pictures && ShowsFits(experiment, condition)) fits_rows_ = FitsRows(experiment);
+    std::erase_if(kept_, [&](std::size_t i) { return needed_[i] == 0; });  // Another shard's.
   }
 
-  void Run(Progress& progress, Digest* data, ExperimentResults* results) {
+  void Run(Progress& progress, Digest* data, ExampleKeeper* keeper, ExperimentResults* results) {
     const std::size_t size = BlockSize(methods_, problems_);
-    std::set<std::string> groups;
     for (std::size_t first = 0; first < problems_ && !Stopped(inputs_); first += size) {
       const Block block = Load(first, std::min(first + size, problems_));
-      for (const Example& example : block.examples) {
-        groups.insert(experiment_.GroupOf(example.scene));
-        AddPoints(example.problem.points, data);
-      }
-      for (std::size_t m = 0; m < methods_.size(); ++m) RunRow(block, m, progress, results);
+      for (const Example& example : block.examples) AddPoints(example.problem.points, data);
+      for (std::size_t m = 0; m < methods_.size(); ++m) RunRow(block, m, progress);
+      for (const std::size_t i : PositionsIn(block, kept_)) keeper->Keep(condition_, block[i], dataset_);
+      if (first == 0 && !kept_.empty() && kept_.front() == 0) KeepTrace(block[0], results);
     }
     results->problems.push_back(problems_);
-    if (condition_ == 0 && inputs_.shard.whole() && !Stopped(inputs_)) WarnOfEmptyGroups(experiment_, groups);
-    for (std::size_t m = 0; m < methods_.size(); ++m) Keep(m, results);
+    for (CellResults& row : rows_) Keep(&row, results);
   }
 
  private:
-  void Need(const std::vector<std::size_t>& positions) {
-    for (const std::size_t i : positions) needed_[i] = 1;
-  }
-
   Block Load(std::size_t first, std::size_t end) const {
     Block block{first, std::vector<Example>(end - first)};
     ParallelFor(static_cast<std::int64_t>(end - first), experiment_.threads, [&](std::int64_t i) {
@@ -400,34 +331,29 @@ class ConditionRun {
     return block;
   }
 
-  void RunRow(const Block& block, std::size_t m, Progress& progress, ExperimentResults* results) {
-    const EstimatorRow& row = experiment_.methods[m];
-    if (!row.RunsOn(experiment_.conditions[condition_].name) || Stopped(inputs_)) return;
-    const bool shows_fits = std::find(fits_rows_.begin(), fits_rows_.end(), m) != fits_rows_.end();
-    const CellRun run{experiment_,
-                      inputs_,
-                      block,
-                      experiment_.conditions[condition_],
-                      methods_[m],
-                      progress,
-                      shows_fits ? fit_positions_ : kNone};
-    RunBlock(run, &rows_[m]);
-    if (shows_fits) KeepFits(run, condition_, m, &rows_[m], &fits_[m]);
-    if (run.method.estimator() != nullptr && shows_trace_) KeepTrace(run, row.label, results);
+  void RunRow(const Block& block, std::size_t m, Progress& progress) {
+    const Condition& condition = experiment_.conditions[condition_];
+    if (!experiment_.methods[m].RunsOn(condition.name) || Stopped(inputs_)) return;
+    RunBlock({experiment_, inputs_, block, condition, methods_[m], progress, kept_}, &rows_[m]);
   }
 
-  void Keep(std::size_t m, ExperimentResults* results) {
-    CellResults& row = rows_[m];
-    for (ReliabilityCurve* curve : {&row.of_network, &row.of_ratio})
-      if (!curve->scenes.empty()) results->reliability.push_back(std::move(*curve));
-    const auto* sources = dynamic_cast<const HasPointSources*>(&dataset_);
-    for (ProblemRecord& record : row.cell.records)
-      if (sources != nullptr && experiment_.estimates) record.rows = sources->SourceOf(record.index).rows;
-    if (!row.cell.records.empty()) results->cells.push_back(std::move(row.cell));
-    for (KeptFit& fit : fits_[m]) {
-      if (IsTwoView(experiment_.task)) fit.folder = dataset_.FolderOf(fit.example.scene);
-      results->fits.push_back(std::move(fit));
+  void KeepTrace(const Example& example, ExperimentResults* results) const {
+    for (std::size_t m = 0; m < methods_.size() && inputs_.trace && !Stopped(inputs_); ++m) {
+      const RobustEstimator* estimator = methods_[m].estimator();
+      if (estimator == nullptr || rows_[m].positions.empty()) continue;
+      auto trace = inputs_.trace(*estimator, example.problem, ProblemSeed(experiment_.seed, example));
+      if (!trace) continue;
+      results->traces.push_back({condition_, m, example.index, std::move(*trace)});
+      return;
     }
+  }
+
+  void Keep(CellResults* row, ExperimentResults* results) const {
+    for (Reliability* one : {&row->of_network, &row->of_ratio})
+      if (!one->scenes.empty()) results->reliability.push_back(std::move(*one));
+    if (const auto* sources = dynamic_cast<const HasPointSources*>(&dataset_))
+      for (ProblemRecord& record : row->cell.records) record.rows = sources->SourceOf(record.index).rows;
+    if (!row->cell.records.empty()) results->cells.push_back(std::move(row->cell));
   }
 
   const ExperimentOptions& experiment_;
@@ -436,12 +362,9 @@ class ConditionRun {
   const Dataset& dataset_;
   const Rows& methods_;
   const std::size_t problems_;
-  std::vector<char> needed_;  // By problem: whether a row or a picture takes it.
-  const std::vector<std::size_t> fit_positions_;
+  std::vector<char> needed_;       // By problem: whether a row takes it.
+  std::vector<std::size_t> kept_;  // Of the examples, those that a row takes.
   std::vector<CellResults> rows_;
-  std::vector<std::vector<KeptFit>> fits_;
-  std::vector<std::size_t> fits_rows_;
-  bool shows_trace_ = false;
 };
 
 }  // namespace
@@ -450,13 +373,19 @@ std::uint64_t ProblemSeed(std::uint64_t experiment_seed, const Example& problem)
   return Rng(experiment_seed).Fork("estimate").Fork(problem.scene + "/" + problem.id).Seed();
 }
 
+std::vector<std::size_t> ShardPositions(std::size_t count, std::size_t batch, const Shard& shard) {
+  const auto shards = static_cast<std::size_t>(shard.count), mine = static_cast<std::size_t>(shard.index - 1);
+  std::vector<std::size_t> positions;
+  for (std::size_t i = 0; i < count; ++i)
+    if (i / batch % shards == mine) positions.push_back(i);
+  return positions;
+}
+
 ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunInputs& inputs) {
   const auto start = std::chrono::steady_clock::now();
   ExperimentResults results;
   results.experiment = experiment;
   results.shard = inputs.shard;
-  results.git_revision = GitRevision();
-  results.machine = MachineText();
   const auto datasets = MakeDatasets(experiment);
   for (const auto& dataset : datasets) WarnOfMissingTruth(*dataset);
   const Rows methods = MakeRows(experiment, inputs.make_row);
@@ -464,12 +393,11 @@ ExperimentResults RunExperiment(const ExperimentOptions& experiment, const RunIn
   if (data.Has("type")) results.dataset = data.Text("type");
   for (std::size_t m = 0; m < methods.size(); ++m)
     if (const auto facts = methods[m].Training()) results.learned.push_back({m, *facts});
-  const int fits_row = FitsRow(experiment);
-  if (fits_row >= 0) results.fits_label = experiment.methods[fits_row].label;
   Progress progress(experiment.name, TotalWork(experiment, datasets, methods, inputs.shard));
   Digest points;
+  ExampleKeeper keeper(&results.examples);
   for (std::size_t c = 0; c < datasets.size() && !Stopped(inputs); ++c)
-    ConditionRun(experiment, inputs, c, *datasets[c], methods).Run(progress, &points, &results);
+    ConditionRun(experiment, inputs, c, *datasets[c], methods).Run(progress, &points, &keeper, &results);
   progress.Finish();
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   results.facts = {elapsed.count(), PeakMemoryMib(), inputs.shard.whole() ? points.Hex() : "", NetworksOf(experiment)};

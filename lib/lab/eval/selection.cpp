@@ -40,14 +40,6 @@ void KeepPaths(Condition* condition) {
   condition->data = kept;
 }
 
-void RemoveCondition(const std::string& name, ExperimentOptions* experiment) {
-  std::erase_if(experiment->conditions, [&](const Condition& condition) { return condition.name == name; });
-  FigureOptions& figures = experiment->figures;
-  std::erase(figures.qualitative_conditions, name);
-  if (figures.confidence_condition == name) figures.confidence_condition.clear();
-  for (auto& [label, row] : experiment->paper) row.values.erase(name);
-}
-
 /// Rows whose conditions are all gone; one that names none is for all of those that are left.
 void RemoveRowsFor(const std::string& condition, ExperimentOptions* experiment) {
   std::vector<std::string> kept;
@@ -78,7 +70,7 @@ void LeaveOutData(ExperimentOptions* experiment) {
     KeepPaths(&condition);
   }
   for (const std::string& name : lost) {
-    RemoveCondition(name, experiment);
+    std::erase_if(experiment->conditions, [&](const Condition& condition) { return condition.name == name; });
     RemoveRowsFor(name, experiment);
   }
 }
@@ -107,19 +99,9 @@ void SelectEstimators(const std::vector<std::string>& names, ExperimentOptions* 
       throw Error("--methods: no method is named '" + name + "'; did you mean '" + NearestWord(name, known) +
                   "'? The configuration has " + Joined(known));
   }
-  const auto lost = [&](const std::string& name) {
-    return !name.empty() && std::find(names.begin(), names.end(), name) == names.end();
-  };
-  std::erase_if(experiment->methods, [&](const EstimatorRow& row) { return lost(row.name); });
-  FigureOptions& figures = experiment->figures;
-  for (std::string* name : {&experiment->reference, &figures.qualitative_method})
-    if (lost(*name)) name->clear();
-  for (auto* rows : {&figures.qualitative_methods, &figures.bars}) std::erase_if(*rows, lost);
-  for (auto& [label, row] : experiment->paper)
-    if (lost(row.ours)) row.ours.clear();
-  std::erase_if(experiment->compare, [&](const Comparison& pair) { return lost(pair.a) || lost(pair.b); });
-  for (StrataOptions& strata : experiment->strata) std::erase_if(strata.rows, lost);
-  for (BudgetSeries& series : figures.budget) std::erase_if(series.methods, lost);
+  std::erase_if(experiment->methods, [&](const EstimatorRow& row) {
+    return std::find(names.begin(), names.end(), row.name) == names.end();
+  });
 }
 
 std::vector<std::string> DataPaths(const ExperimentOptions& experiment) {
@@ -142,8 +124,6 @@ bool LeaveOutMissing(bool any_checkpoint, ExperimentOptions* experiment) {
   if (experiment->missing == Missing::kLeaveOut) {
     LeaveOutData(experiment);
     if (!any_checkpoint) LeaveOutRows(experiment);
-    // Matches are drawn on empty canvases instead.
-    std::erase_if(experiment->figures.images, [](const ImageFolder& images) { return !IsThere(images.folder); });
   }
   return !experiment->conditions.empty() && !experiment->methods.empty();
 }

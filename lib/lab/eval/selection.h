@@ -9,8 +9,7 @@
 
 namespace diffsac {
 
-/// Keeps the named rows, in the experiment's order, and forgets what refers to others. Throws Error naming the nearest
-/// row for an unknown name.
+/// Keeps the named rows, in the experiment's order. Throws Error naming the nearest row for an unknown name.
 void SelectEstimators(const std::vector<std::string>& names, ExperimentOptions* experiment);
 
 /// The files and folders that the conditions' data is read from; none for generated data.

@@ -9,8 +9,9 @@ namespace diffsac {
 struct CheckpointInfo;
 struct TrainedConfig;
 
-/// A configuration as checkpoints hold it (lab/config/config_to_json.h writes it). Numbers keep their digits.
-///
+/// A configuration as checkpoints hold it, a JSON object whose numbers keep their digits.
+std::string ToJson(const Config& config);
+
 /// Parses a JSON object; `name` stands for the file in messages. Throws Error for anything else, and for duplicate
 /// keys.
 Config ConfigFromJson(const std::string& text, const std::string& name);

@@ -69,13 +69,6 @@ void ParseChoice(const Impl& impl, const Path& path, const ConfigTree& tree, con
   value = parsed;
 }
 
-/// "a map", or "a map or [first, second]".
-std::string MapText(const Path& positional) {
-  std::string text;
-  for (const std::string& key : positional) text += (text.empty() ? "" : ", ") + key;
-  return text.empty() ? "a map" : "a map or [" + text + "]";
-}
-
 }  // namespace
 
 OptionsBinder& OptionsBinder::Field(const char* key, bool& value) {
@@ -162,15 +155,14 @@ OptionsBinder& OptionsBinder::Choices(const char* key, std::vector<std::string>&
   return Choices(key, value, std::vector<std::string>(choices.begin(), choices.end()));
 }
 
-OptionsBinder& OptionsBinder::GroupWith(const char* key, const Impl::Bind& bind, std::type_index options) {
+OptionsBinder& OptionsBinder::GroupWith(const char* key, const Impl::Bind& bind) {
   Impl inner = impl_->Inner(key);
   if (impl_->mode == Mode::kWrite) {
     impl_->Start(key, "", inner.WriteMap(bind));
   } else if (impl_->mode == Mode::kDescribe) {
     OptionsBinder binder(&inner);
     bind(binder);
-    impl_->Start(key, MapText(inner.positional), ConfigTree());
-    impl_->described.back().options = options;
+    impl_->Start(key, "a map", ConfigTree());
     impl_->described.back().children = std::move(inner.described);
   } else {
     inner.ReadMap(impl_->Start(key, "", ConfigTree()), bind);
@@ -180,8 +172,7 @@ OptionsBinder& OptionsBinder::GroupWith(const char* key, const Impl::Bind& bind,
 
 OptionsBinder& OptionsBinder::ListWith(const char* key, std::size_t size,
                                        const std::function<void(std::size_t)>& resize,
-                                       const std::function<void(std::size_t, OptionsBinder&)>& bind,
-                                       std::type_index options) {
+                                       const std::function<void(std::size_t, OptionsBinder&)>& bind) {
   const auto bind_at = [&bind](std::size_t index) { return [&bind, index](OptionsBinder& b) { bind(index, b); }; };
   if (impl_->mode == Mode::kWrite) {
     ConfigTree list;
@@ -195,8 +186,7 @@ OptionsBinder& OptionsBinder::ListWith(const char* key, std::size_t size,
     OptionsBinder binder(&inner);
     resize(1);
     bind(0, binder);
-    impl_->Start(key, "a list, each item " + MapText(inner.positional), ConfigTree());
-    impl_->described.back().options = options;
+    impl_->Start(key, "a list of maps", ConfigTree());
     impl_->described.back().children = std::move(inner.described);
     return *this;
   }
@@ -226,26 +216,13 @@ OptionsBinder& OptionsBinder::Rest(Config& raw) {
     part.prefix = impl_->document->prefix;
     part.prefix.insert(part.prefix.end(), impl_->path.begin(), impl_->path.end());
     if (impl_->value != nullptr) part.root.place = impl_->value->place;
-    bool replace = false;
-    for (const std::string& key : StartRest({}, &replace)) {
-      part.root.entries.push_back({key, *impl_->Find(key)});
-      impl_->keys.push_back(key);
+    if (impl_->map == nullptr) return *this;
+    for (const ConfigEntry& entry : impl_->map->entries) {
+      if (impl_->IsBound(entry.key)) continue;
+      part.root.entries.push_back(entry);
+      impl_->keys.push_back(entry.key);
     }
   }
-  return *this;
-}
-
-OptionsBinder& OptionsBinder::Positional(std::initializer_list<const char*> keys) {
-  impl_->positional.assign(keys.begin(), keys.end());
-  const ConfigTree* given = impl_->value;
-  if (!impl_->reading() || given == nullptr || given->kind == Kind::kMap || given->kind == Kind::kNull) return *this;
-  const std::vector<ConfigTree> items = given->kind == Kind::kScalar ? std::vector<ConfigTree>{*given} : given->items;
-  if (items.empty() || items.size() > impl_->positional.size())
-    impl_->Fail(impl_->path, *given, MapText(impl_->positional));
-  impl_->spelled_out.kind = Kind::kMap;
-  impl_->spelled_out.place = given->place;
-  for (std::size_t i = 0; i < items.size(); ++i) impl_->spelled_out.entries.push_back({impl_->positional[i], items[i]});
-  impl_->map = &impl_->spelled_out;
   return *this;
 }
 
@@ -287,17 +264,6 @@ OptionsBinder::Presence OptionsBinder::StartOptional(const char* key, bool has_v
 
 void OptionsBinder::DescribeAsNone() {
   if (impl_->mode == Mode::kDescribe) impl_->described.back().default_value.clear();
-}
-
-std::vector<std::string> OptionsBinder::StartRest(const std::vector<std::string>& present, bool* replace) {
-  *replace = impl_->mode == Mode::kDescribe || (impl_->reading() && impl_->map != nullptr);
-  if (impl_->mode == Mode::kDescribe) return {"NAME"};
-  if (impl_->mode == Mode::kWrite) return present;
-  Path rest;
-  if (impl_->map == nullptr) return rest;
-  for (const ConfigEntry& entry : impl_->map->entries)
-    if (!impl_->IsBound(entry.key)) rest.push_back(entry.key);
-  return rest;
 }
 
 }  // namespace diffsac

@@ -3,11 +3,8 @@
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
-#include <map>
 #include <optional>
 #include <string>
-#include <typeindex>
-#include <utility>
 #include <vector>
 
 #include "diffsac/core/enum_names.h"
@@ -68,7 +65,7 @@ void BindAny(OptionsBinder& b, Options& options) {
 /// CheckOptions(options);                                         // for a caller in C++: throws Error naming the key
 /// ```
 /// A value is bound at once, so that what is bound later can depend on it. Besides numbers and texts a field can be an
-/// enum with names, a struct with its own `Bind`, a list of either, a map of anything, an optional of anything, or a
+/// enum with names, a struct with its own `Bind`, a list of either, an optional of anything, or a
 /// sub-document that another reader reads (Config).
 class OptionsBinder {
  public:
@@ -106,39 +103,20 @@ class OptionsBinder {
   OptionsBinder& Group(const char* key, Options& options) {
     return Field(key, options);
   }
-  OptionsBinder& GroupWith(const char* key, const std::function<void(OptionsBinder&)>& bind,
-                           std::type_index options = typeid(void));
+  OptionsBinder& GroupWith(const char* key, const std::function<void(OptionsBinder&)>& bind);
 
   /// A list of structs. What is given replaces what was there.
   template <Bindable Options>
   OptionsBinder& Field(const char* key, std::vector<Options>& items);
   OptionsBinder& ListWith(const char* key, std::size_t size, const std::function<void(std::size_t)>& resize,
-                          const std::function<void(std::size_t, OptionsBinder&)>& bind, std::type_index options);
-
-  /// A map of anything that is a field, in the keys' or in the file's order. What is given replaces what was there.
-  template <class Value>
-  OptionsBinder& Field(const char* key, std::map<std::string, Value>& entries);
-  template <class Value>
-  OptionsBinder& Field(const char* key, std::vector<std::pair<std::string, Value>>& entries);
+                          const std::function<void(std::size_t, OptionsBinder&)>& bind);
 
   /// A value that may be absent: nothing is written for none, and `key: ~` reads as none.
   template <class Value, class... Limit>
   OptionsBinder& Field(const char* key, std::optional<Value>& value, Limit... limits);
 
-  /// Every key of this map that was not bound before this call, as a map or as it stands.
-  template <class Value>
-  OptionsBinder& Rest(std::map<std::string, Value>& entries) {
-    return RestOf(entries);
-  }
-  template <class Value>
-  OptionsBinder& Rest(std::vector<std::pair<std::string, Value>>& entries) {
-    return RestOf(entries);
-  }
+  /// Every key of this map that was not bound before this call, as it stands.
   OptionsBinder& Rest(Config& raw);
-
-  /// Called first in a `Bind`: a plain value or a list given in place of this map stands for the values of these keys,
-  /// in their order (`[a, b]` for `{first: a, second: b}`). It is written so, too, when no other key has a value.
-  OptionsBinder& Positional(std::initializer_list<const char*> keys);
 
   // About the field just bound:
 
@@ -164,17 +142,6 @@ class OptionsBinder {
   enum class Presence { kAbsent, kNone, kGiven };
   Presence StartOptional(const char* key, bool has_value);
   void DescribeAsNone();
-  /// Reading: the file's keys not bound so far, and whether entries are replaced. Writing: `present`.
-  std::vector<std::string> StartRest(const std::vector<std::string>& present, bool* replace);
-  template <class Entries>
-  OptionsBinder& RestOf(Entries& entries);
-  template <class Value>
-  static Value& Slot(std::map<std::string, Value>& entries, const std::string& key) {
-    return entries[key];
-  }
-  template <class Value>
-  static Value& Slot(std::vector<std::pair<std::string, Value>>& entries, const std::string& key);
-
   Impl* impl_;
 };
 
@@ -185,8 +152,7 @@ struct OptionDescription {
   std::string default_value;  ///< As YAML; empty for maps and for what has none.
   std::string when;           ///< Acts only then ("score: msac"); empty: always.
   std::string help;
-  std::type_index options = typeid(void);   ///< The struct behind a nested map or a list of maps.
-  std::vector<OptionDescription> children;  ///< Its keys.
+  std::vector<OptionDescription> children;  ///< The keys of a nested map, or of a list of maps.
 };
 
 void ReadOptionsWith(const Config& config, const std::function<void(OptionsBinder&)>& bind);
@@ -260,25 +226,14 @@ OptionsBinder& OptionsBinder::Field(const char* key, std::vector<Enum>& values) 
 
 template <Bindable Options>
 OptionsBinder& OptionsBinder::Field(const char* key, Options& options) {
-  return GroupWith(
-      key, [&options](OptionsBinder& inner) { BindAny(inner, options); }, typeid(Options));
+  return GroupWith(key, [&options](OptionsBinder& inner) { BindAny(inner, options); });
 }
 
 template <Bindable Options>
 OptionsBinder& OptionsBinder::Field(const char* key, std::vector<Options>& items) {
   return ListWith(
       key, items.size(), [&items](std::size_t size) { items.assign(size, Options()); },
-      [&items](std::size_t index, OptionsBinder& inner) { BindAny(inner, items[index]); }, typeid(Options));
-}
-
-template <class Value>
-OptionsBinder& OptionsBinder::Field(const char* key, std::map<std::string, Value>& entries) {
-  return GroupWith(key, [&entries](OptionsBinder& inner) { inner.Rest(entries); });
-}
-
-template <class Value>
-OptionsBinder& OptionsBinder::Field(const char* key, std::vector<std::pair<std::string, Value>>& entries) {
-  return GroupWith(key, [&entries](OptionsBinder& inner) { inner.Rest(entries); });
+      [&items](std::size_t index, OptionsBinder& inner) { BindAny(inner, items[index]); });
 }
 
 template <class Value, class... Limit>
@@ -299,24 +254,6 @@ OptionsBinder& OptionsBinder::Field(const char* key, std::optional<Value>& value
     }
   }
   return *this;
-}
-
-template <class Entries>
-OptionsBinder& OptionsBinder::RestOf(Entries& entries) {
-  std::vector<std::string> present;
-  for (const auto& [key, value] : entries) present.push_back(key);
-  bool replace = false;
-  const std::vector<std::string> keys = StartRest(present, &replace);
-  if (replace) entries.clear();
-  for (const std::string& key : keys) Field(key.c_str(), Slot(entries, key));
-  return *this;
-}
-
-template <class Value>
-Value& OptionsBinder::Slot(std::vector<std::pair<std::string, Value>>& entries, const std::string& key) {
-  for (auto& [name, value] : entries)
-    if (name == key) return value;
-  return entries.emplace_back(key, Value()).second;
 }
 
 }  // namespace diffsac

@@ -15,19 +15,6 @@ using Mode = Impl::Mode;
 using Path = Impl::Path;
 using Bind = Impl::Bind;
 
-/// A map whose keys are the first positional ones, in their order, as the list that stands for it.
-ConfigTree Shortened(ConfigTree map, const Path& positional) {
-  if (map.entries.empty() || map.entries.size() > positional.size()) return map;
-  for (std::size_t i = 0; i < map.entries.size(); ++i) {
-    const Kind kind = map.entries[i].value.kind;
-    if (map.entries[i].key != positional[i] || kind == Kind::kMap || kind == Kind::kSequence) return map;
-  }
-  ConfigTree list;
-  list.kind = Kind::kSequence;
-  for (ConfigEntry& entry : map.entries) list.items.push_back(std::move(entry.value));
-  return list;
-}
-
 }  // namespace
 
 const ConfigTree* OptionsBinder::Impl::Start(const char* key, const std::string& expected,
@@ -35,7 +22,7 @@ const ConfigTree* OptionsBinder::Impl::Start(const char* key, const std::string&
   keys.push_back(key);
   if (mode == Mode::kWrite) written.entries.push_back({key, default_value});
   if (mode == Mode::kDescribe) {
-    OptionDescription description{key, expected, "", "", "", typeid(void), {}};
+    OptionDescription description{key, expected, "", "", "", {}};
     if (default_value.kind != Kind::kNull) description.default_value = FlowText(default_value);
     described.push_back(std::move(description));
   }
@@ -84,7 +71,7 @@ ConfigTree OptionsBinder::Impl::WriteMap(const Bind& bind) {
   written.kind = Kind::kMap;
   OptionsBinder binder(this);
   bind(binder);
-  return Shortened(std::move(written), positional);
+  return std::move(written);
 }
 
 namespace {

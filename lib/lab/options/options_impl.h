@@ -18,16 +18,14 @@ struct OptionsBinder::Impl {
   explicit Impl(Mode bind_mode) : mode(bind_mode) {}
 
   Mode mode;
-  Path keys;        // Every valid key so far; the last is the one just bound.
-  Path positional;  // The keys that a list stands for.
+  Path keys;  // Every valid key so far; the last is the one just bound.
 
   // Reading.
   const ConfigDocument* document = nullptr;  // For places.
   bool stored = false;                       // Unknown keys and keys that do not act are passed over.
   Path path;                                 // Of this map.
   const ConfigTree* value = nullptr;         // What stands there, null pointer when absent.
-  const ConfigTree* map = nullptr;           // The same where it is a map, or the map that it stands for.
-  ConfigTree spelled_out;                    // That map.
+  const ConfigTree* map = nullptr;           // The same where it is a map.
   std::string unmet;                         // The message of the first unmet requirement.
 
   ConfigTree written;                        // Writing: this map.

@@ -1,11 +1,11 @@
 #include "lab/train/configuration_reference.h"
 
 #include <algorithm>
+#include <map>
 
 #include "diffsac/core/status.h"
 #include "lab/config/dataset_registry.h"
 #include "lab/config/estimator_registry.h"
-#include "lab/config/option_reference.h"
 #include "lab/eval/experiment.h"
 #include "lab/options/options.h"
 #include "lab/train/learner.h"
@@ -15,148 +15,242 @@ namespace {
 
 using Descriptions = std::vector<OptionDescription>;
 
-constexpr char kIntroduction[] =
-    R"(Made by `diffsac_train --describe-options` from what the code itself reads; `cmake --build --preset release --target
-diffsac_reference` writes it.
+constexpr char kIntroduction[] = R"(# Configuration
 
-A configuration is one YAML file, of a training or of a table. Its concepts:
+A configuration is one YAML file, of a table (`diffsac_eval --config`) or of a training (`diffsac_train --config`). A new table is one file in
+`configs/tables/`; nothing else is edited.
+
+```yaml
+include: [../problems/unseen_scenes.yaml, ../presets/two_view.yaml]
+name: my_table
+task: fundamental
+problems: 500
+seeds: [1, 2, 3]
+data: {max_pairs: 20}
+methods:
+  learned_prosac:
+  prosac_1000: {label: "PROSAC, LO"}
+  prosac: {type: prosac, preset: local, label: "PROSAC * draws", sweep: {max_iterations: [100, 1000]}}
+  mine: {type: diffsac, preset: recommended, checkpoint: runs/mine/checkpoints/best.safetensors, draws_by: network}
+report:
+  title: my network beside the shipped one
+  compare: {mine: [learned_prosac, prosac_1000]}
+```
+
+    diffsac_eval --config configs/tables/my_table.yaml --limit 50 --set methods.mine.temperature=0.5
+    python3 scripts/report runs/my_table
+
+Seven concepts do everything:
 
 | concept | |
 |---|---|
-| key | belongs to a group; each is in the tables below, with default and range. An unknown key, a wrong type, a value out of range or a key that cannot act is an error that names file, line and nearest key |
-| `type`, `method`, `task` | choose what is made; which other keys there are depends on them |
-| `include` | files that are read first, the file's own keys override theirs. A table includes at most two: its problems and its rows |
-| row | `methods: {NAME: {type: ...}}`: what a table compares. `rows` chooses and orders them |
-| `settings`, `use` | named parts of rows; a row takes them by `use: NAME`, later ones and its own keys override earlier ones |
-| `preset` | of a row: `recommended`, `paper` and such, the options that the row's keys then change |
-| condition | a column of a table: `sweep: {KEY: [...]}` for each value of one option of the data, `conditions` where more differs |
-| `seeds` | the whole table with each, whose mean it shows |
-| `mixture` | training on several data sets, drawn by weight |
-| `${KEY}` | another key's value, in any text; `--set a.b=value` sets any key on the command line |
+| `include` | Files that are read first, each over those before; the file's own keys override theirs, map by map. `configs/problems/` has data and conditions that tables share, `configs/presets/` methods and parts of them |
+| `type` | Chooses what is made (of a method: `ransac`; of data: `correspondences`; of a training `method` and `task` do). The other keys are the type's |
+| `preset` | Options that a method starts from; its own keys override them. A name, or a list of which later ones override. It stands under `presets` of the table or of an included file, or belongs to the type (`recommended`). A method without `type` and `preset` takes the preset of its own name: `learned_prosac:` |
+| `sweep` | A column for each value of an option of the data: `sweep: {outlier_ratio: [0.1, 0.2]}`; `conditions` lists columns that differ in more. In a method a row for each value: `prosac_100` and `prosac_1000` above (`*` in the label is the value), or for each of named parts: `sweep: {order: {uniform: {type: ransac}, ratio: {type: prosac}}}`; of several options all combinations |
+| `seeds` | The whole table with each, whose mean it shows |
+| `${KEY}` | Another key's value, in any text: `models/${task}/model.safetensors`. `${data_root}` is `--data` |
+| `--set` | `--set a.b=value` sets any key on the command line, `--set data.paths=[x,y]`, `--set sweep=~` |
 
-What is read, all includes, settings and defaults resolved, is written to `config.yaml` in the run folder.
+So a method's value stands in the table, in a preset or in the tables below; `config.yaml` in the run's folder has all of them resolved, and
+is itself a configuration. An unknown key, a wrong type, a value out of range or a key that cannot act is an error that names file, line and
+nearest key. Rows are named in the order of the table. The block `report` is for `scripts/report` alone ([report.md](report.md)): title,
+notes, comparisons, strata, the paper's values, figures. Changing it, or a label, measures nothing anew.
 
-Paths in a file (`include`, `checkpoint`, `start_from`, `chooser`, `paths`, `root`, `folder`) are relative to that file. But for `include`,
-what is not there is looked for in the current folder, as what `--set` gives is, and what begins with `models/` then in `$DIFFSAC_MODELS`
-and in `share/diffsac/models` beside the program, and last in the library. Where nothing is found, the message names every place.)";
+Paths in a file are relative to it. What is not there is looked for in the current folder, and what begins with `models/` then in
+`$DIFFSAC_MODELS`, in `share/diffsac/models` beside the program and in the library; a message names every place.
+
+# Keys
+
+From here on `diffsac_train --describe-options` wrote what the code reads; `cmake --build --preset release --target diffsac_reference` writes
+the page. A key stands with its default, then what it may be where the default does not tell, and what it means; "with": it acts only then. A key that
+stood before is only named, with its default where that is another. Defaults are those of a type's first task; `config.yaml` shows a task's own.
+)";
 
 constexpr char kMainMethod[] = "diffsac";
 
-// "Other defaults of homography: ..." for the tasks that differ from the first one; `describe` throws Error for a task
-// that is not estimated.
-template <class Describe>
-std::string TaskDifferences(const Descriptions& first, const Describe& describe) {
-  std::vector<std::pair<std::string, std::string>> tasks;  // a difference and those that have it
-  for (const std::string& name : TaskNames()) {
-    try {
-      const std::string text = DifferenceText(first, describe(TaskFromString(name)));
-      if (text.empty()) continue;
-      const auto same = std::find_if(tasks.begin(), tasks.end(), [&](const auto& task) { return task.first == text; });
-      if (same == tasks.end())
-        tasks.push_back({text, "`" + name + "`"});
-      else
-        same->second += ", `" + name + "`";
-    } catch (const Error&) {
+std::string Code(const std::string& text) { return "`" + text + "`"; }
+
+std::string KeyText(const std::string& key, const std::string& value) {
+  return Code(value.empty() ? key : key + ": " + value);
+}
+
+/// What a key may be, where its default does not show it: "(one, sequential)", "(>= 0)", "(1 to 1e6)".
+std::string LimitsText(std::string type) {
+  constexpr std::pair<const char*, const char*> kShorter[] = {{"a number or a range [low, high],", ""},
+                                                              {"a list of texts", ""},
+                                                              {"true or false", ""},
+                                                              {"an integer", ""},
+                                                              {"a number", ""},
+                                                              {"a text", ""},
+                                                              {"anything", ""},
+                                                              {"one of ", ""},
+                                                              {" and at most", ", <="},
+                                                              {"of at least", ">="},
+                                                              {"above", ">"},
+                                                              {" from ", ""},
+                                                              {".0e+0", "e"}};
+  if (type == "a map") return "";
+  for (const auto& [text, by] : kShorter)
+    for (std::size_t at; (at = type.find(text)) != std::string::npos;) type.replace(at, std::string(text).size(), by);
+  type.erase(0, type.find_first_not_of(' '));
+  return type.empty() ? "" : " (" + type + ")";
+}
+
+/// Writes keys as lists. A key that was written before is only named.
+class Reference {
+ public:
+  void Text(const std::string& text) { text_ += text; }
+
+  void Section(const std::string& heading, const std::string& help, const Descriptions& keys) {
+    text_ += "\n" + heading + "\n\n" + help + "\n\n";
+    place_ = heading.substr(heading.find(' ') + 1);
+    Earlier earlier;
+    Write("", "", keys, &earlier);
+    for (const auto& [place, names] : earlier) text_ += "- As of " + place + ": " + ListOf(place, names) + ".\n";
+  }
+
+  const std::string& text() const { return text_; }
+
+ private:
+  struct Known {
+    std::string place, default_value;
+  };
+  /// Keys that were written before, by place: as they are named, and with defaults that are others than there.
+  using Earlier = std::map<std::string, std::vector<std::pair<std::string, std::string>>>;
+
+  /// "`a`, `b: 2`", or where most of the keys of that place are there "all but `c`; `b: 2`".
+  std::string ListOf(const std::string& place, const Earlier::mapped_type& names) const {
+    const auto own = own_keys_.find(place);
+    std::string list, missing, changed;
+    std::size_t lacking = 0;
+    for (const std::string& key : own == own_keys_.end() ? std::vector<std::string>() : own->second) {
+      if (std::any_of(names.begin(), names.end(), [&](const auto& name) { return name.first == key; })) continue;
+      missing += (lacking++ == 0 ? " but " : ", ") + key;
+    }
+    for (const auto& [name, text] : names) {
+      list += (list.empty() ? "" : ", ") + text;
+      if (text != name) changed += (changed.empty() ? "; " : ", ") + text;
+    }
+    const std::string shorter = "all" + missing + changed;
+    return own != own_keys_.end() && lacking < own->second.size() && shorter.size() < list.size() ? shorter : list;
+  }
+
+  /// `group`: the key of the map that holds it.
+  static std::string IdOf(const std::string& group, const OptionDescription& key) {
+    return group + "." + key.key + "|" + key.help;
+  }
+
+  bool IsKnown(const std::string& group, const OptionDescription& key) const {
+    const auto child_known = [&](const OptionDescription& child) { return IsKnown(key.key, child); };
+    return key.children.empty() ? known_.count(IdOf(group, key)) > 0
+                                : std::all_of(key.children.begin(), key.children.end(), child_known);
+  }
+
+  /// "`a: 1`" of a key, "`b` (`c: 2`)" of a map: with defaults that are others than where they were written.
+  std::string Named(const std::string& path, const std::string& group, const OptionDescription& key) const {
+    if (key.children.empty()) {
+      const bool same = known_.at(IdOf(group, key)).default_value == key.default_value;
+      return KeyText(path + key.key, same ? "" : key.default_value.empty() ? "~" : key.default_value);
+    }
+    return Code(path + key.key) + (Changed("", key).empty() ? "" : " (" + Changed("", key).substr(2) + ")");
+  }
+
+  std::string Changed(const std::string& path, const OptionDescription& map) const {
+    std::string text;
+    for (const OptionDescription& key : map.children) {
+      const std::string named = Named(path, map.key, key);
+      text += !key.children.empty()           ? Changed(path + key.key + ".", key)
+              : named != Code(path + key.key) ? ", " + named
+                                              : "";
+    }
+    return text;
+  }
+
+  std::string PlaceOf(const std::string& group, const OptionDescription& key) const {
+    return key.children.empty() ? known_.at(IdOf(group, key)).place : PlaceOf(key.key, key.children.front());
+  }
+
+  /// `path`: of the map, with a dot behind.
+  void Write(const std::string& path, const std::string& group, const Descriptions& keys, Earlier* earlier) {
+    for (const OptionDescription& key : keys) {
+      const std::string full = path + key.key;
+      if (IsKnown(group, key)) {
+        (*earlier)[PlaceOf(group, key)].emplace_back(Code(full), Named(path, group, key));
+        continue;
+      }
+      text_ += std::string(2 * static_cast<std::size_t>(std::count(path.begin(), path.end(), '.')), ' ') + "- " +
+               KeyText(key.key, key.default_value) + LimitsText(key.type);
+      if (!key.help.empty()) text_ += ": " + key.help;
+      if (!key.when.empty()) text_ += "; with " + key.when;
+      text_ += "\n";
+      if (path.empty()) own_keys_[place_].push_back(Code(key.key));
+      if (key.children.empty()) known_[IdOf(group, key)] = {place_, key.default_value};
+      Write(full + ".", key.key, key.children, earlier);
     }
   }
-  std::string all;
-  for (const auto& [text, names] : tasks) all += (all.empty() ? "" : "\n\n") + ("Of " + names + ": " + text + ".");
-  return all;
-}
 
-std::string Paragraphs(const std::string& first, const std::string& second) {
-  return second.empty() ? first : first + "\n\n" + second;
-}
+  std::string text_, place_;
+  std::map<std::string, Known> known_;
+  std::map<std::string, std::vector<std::string>> own_keys_;  ///< Of a place, those that were written there.
+};
 
-Descriptions DescribeTraining(const std::string& method, Task task) {
-  Descriptions keys = DescribeOptions(TrainConfig(method, task));
-  // Its default is what was asked for.
-  for (OptionDescription& key : keys)
-    if (key.key == "task") key.default_value = TaskNames().front();
-  return keys;
-}
-
-// The keys that are not those of the main method's configuration.
-Descriptions OwnKeys(const Descriptions& base, const Descriptions& keys) {
-  Descriptions own;
-  for (const OptionDescription& key : keys) {
-    const auto old = std::find_if(base.begin(), base.end(), [&](const auto& other) { return other.key == key.key; });
-    const bool common = key.key == "method" ||
-                        (old != base.end() && old->options == key.options && DifferenceText({*old}, {key}).empty());
-    if (!common) own.push_back(key);
-  }
-  return own;
-}
-
-void AddTraining(OptionReference* reference) {
-  reference->AddText(2, "Training configuration (`diffsac_train`)", "");
-  const auto describe = [](Task task) { return DescribeTraining(kMainMethod, task); };
-  const Descriptions base = describe(TaskFromString(TaskNames().front()));
+void AddTraining(Reference* reference) {
+  const Task first = TaskFromString(TaskNames().front());
   const auto& learners = Registry<LearnerEntry>::Instance();
-  std::string methods = "`method` is one of " + learners.NamesText() +
-                        ". The defaults are those of `task: " + TaskNames().front() + "` and `method: " + kMainMethod +
-                        "`.";
-  reference->AddOptions("top level", Paragraphs(methods, TaskDifferences(base, describe)), "", typeid(TrainConfig),
-                        base);
-  for (const std::string& name : learners.Names()) {
-    if (name == kMainMethod) continue;
-    const std::string title = "`method: " + name + "`";
-    reference->AddOptions(title, learners.Find(name, "").help + " What differs:", " of " + title, typeid(void),
-                          OwnKeys(base, DescribeTraining(name, TaskFromString(TaskNames().front()))));
-  }
+  reference->Section("## Trainings", "`diffsac_train`; here of `method: diffsac`.",
+                     DescribeOptions(TrainConfig(kMainMethod, first)));
+  for (const std::string& name : learners.Names())
+    if (name != kMainMethod)
+      reference->Section("### `method: " + name + "`", learners.Find(name, "").help,
+                         DescribeOptions(TrainConfig(name, first)));
 }
 
-void AddData(OptionReference* reference) {
-  reference->AddText(2, "Data (`data` of both programs)", "`type` chooses, the other keys are the type's.");
+void AddData(Reference* reference) {
+  reference->Text("\n## Data\n\nThe map `data` of both programs (docs/generators.md, data_tools/README.md).\n");
   const auto& datasets = Registry<DatasetEntry>::Instance();
   for (const std::string& name : datasets.Names()) {
     const DatasetEntry& entry = datasets.Find(name, "");
-    const std::string title = "`type: " + name + "`";
-    reference->AddOptions(title, entry.help, " of " + title, entry.options, entry.describe());
+    reference->Section("### `type: " + name + "`", entry.help, entry.describe());
   }
-  reference->AddOptions("`type: mixture`", "Training alone: examples of several datasets, drawn by weight.",
-                        " of `type: mixture`", typeid(void), DescribeMixture());
+  reference->Section("### `type: mixture`", "Training alone: examples of several datasets, drawn by weight.",
+                     DescribeMixture());
 }
 
-void AddExperiments(OptionReference* reference) {
-  reference->AddText(2, "Experiments (`diffsac_eval`)", "");
-  reference->AddOptions("top level of an experiment", "", " of an experiment", typeid(ExperimentOptions),
-                        DescribeOptions<ExperimentOptions>());
+/// The keys for the first task that a type has.
+Descriptions FirstKeys(const EstimatorEntry& entry) {
+  for (const std::string& task : TaskNames()) {
+    try {
+      return entry.describe(TaskFromString(task));
+    } catch (const Error&) {
+    }
+  }
+  return {};
 }
 
-void AddRows(OptionReference* reference) {
-  reference->AddText(
-      2, "Rows of an experiment (`methods`)",
-      "`type` chooses, the other keys are the type's. A row with a network has a `checkpoint`, whose group\n"
-      "`inference` has the defaults of the row's other keys.");
+void AddTables(Reference* reference) {
+  reference->Section("## Tables", "`diffsac_eval`.", DescribeOptions<ExperimentOptions>());
+  reference->Text(
+      "\n## Methods\n\nA method with a network has a `checkpoint`, whose group `inference` has the defaults of its "
+      "other keys.\n");
   const auto& methods = Registry<EstimatorEntry>::Instance();
-  for (const std::string& name : methods.Names()) {
+  std::vector<std::string> names = methods.Names();
+  // What others are told by comes first.
+  std::stable_partition(names.begin(), names.end(), [](const std::string& name) { return name == "ransac"; });
+  for (const std::string& name : names) {
     const EstimatorEntry& entry = methods.Find(name, "");
-    const std::vector<std::string> tasks = TaskNames();
-    const auto first = std::find_if(tasks.begin(), tasks.end(), [&](const std::string& task) {
-      try {
-        entry.describe(TaskFromString(task));
-        return true;
-      } catch (const Error&) {
-        return false;
-      }
-    });
-    const std::string title = "`type: " + name + "`";
-    const Descriptions keys = entry.describe(TaskFromString(*first));
-    reference->AddOptions(title, Paragraphs(entry.help, TaskDifferences(keys, entry.describe)), " of " + title,
-                          entry.options, keys);
+    reference->Section("### `type: " + name + "`", entry.help, FirstKeys(entry));
   }
 }
 
 }  // namespace
 
 std::string ConfigurationReference() {
-  OptionReference reference;
-  reference.AddText(1, "Configuration reference", kIntroduction);
-  AddTraining(&reference);
+  Reference reference;
+  reference.Text(kIntroduction);
+  AddTables(&reference);
   AddData(&reference);
-  AddExperiments(&reference);
-  AddRows(&reference);
+  AddTraining(&reference);
   return reference.text();
 }
 

@@ -82,19 +82,13 @@ void TrainConfig::Bind(OptionsBinder& b) {
   learner->model = model;
   b.Field("data", data).Help("what it is trained on, see below");
   learner->Bind(b);
-  b.GroupWith(
-       "train",
-       [this](OptionsBinder& inner) {
-         train.Bind(inner, task);
-         learner->BindTrain(inner);
-       },
-       typeid(TrainOptions))
-      .Help("how it is trained");
-  b.GroupWith(
-       "validation", [this](OptionsBinder& inner) { validation.Bind(inner, task); }, typeid(ValidationOptions))
-      .Help("how the best checkpoint is told");
-  b.Reject(train.two_view.augment && learner->features().Has(PointFeature::kResidual), "train.two_view.augment",
-           "not for network.features.kinds residual, whose hypotheses are those of the images as they are");
+  b.GroupWith("train", [this](OptionsBinder& inner) {
+     train.Bind(inner, task);
+     learner->BindTrain(inner);
+   }).Help("how it is trained");
+  b.GroupWith("validation", [this](OptionsBinder& inner) {
+     validation.Bind(inner, task);
+   }).Help("how the best checkpoint is told");
 }
 
 TrainConfig ReadTrainConfig(const Config& given) {

@@ -26,56 +26,75 @@ TEST_CASE("a plain experiment stays as it is, but for the folder of data") {
   CHECK(Composed("") == "data_root: \"data\"\n");
 }
 
-TEST_CASE("rows are put on the settings that they use: later ones override, their own keys all of them") {
+TEST_CASE("methods are put on the presets that they name") {
   const std::string text = R"(
-settings:
+presets:
   plain: {consensus: {score: msac, refit: none}}
-  network: {type: diffsac, num_diffusion_samples: 20, use: plain}
+  network: {type: diffsac, num_diffusion_samples: 20, preset: [plain, recommended]}
+  recommended: {temperature: 2, preset: recommended}
 methods:
-  a: {use: network, label: A}
-  b: {use: [network, plain], num_diffusion_samples: 5, consensus: {refit: em}}
+  a: {preset: network, label: A}
+  b: {preset: [network, plain], num_diffusion_samples: 5, consensus: {refit: em}}
+  network:
 )";
   CHECK(Row(text, 0).Text("name") == "a");
   CHECK(Row(text, 0).Text("type") == "diffsac");
   CHECK(Row(text, 0).Text("consensus.score") == "msac");
+  CHECK(Row(text, 0).Text("temperature") == "2");
+  CHECK(Row(text, 0).Text("preset") == "recommended");  // The type's own.
   CHECK(Row(text, 1).Text("num_diffusion_samples") == "5");
   CHECK(Row(text, 1).Text("consensus.refit") == "em");
   CHECK(Row(text, 1).Text("consensus.score") == "msac");
-  CHECK_THAT(Composed(text), !Contains("settings") && !Contains("use:"));
+  CHECK(Row(text, 2).Text("num_diffusion_samples") == "20");
+  CHECK_THAT(Composed(text), !Contains("presets"));
 }
 
-TEST_CASE("rows and settings of several files come together by name") {
+TEST_CASE("methods and presets of several files come together by name") {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.File("rows.yaml"),
-                      "settings: {net: {type: diffsac}}\n"
-                      "methods:\n  a: {use: net, checkpoint: m.safetensors}\n  o: {type: oracle}\n");
+                      "presets: {net: {type: diffsac}}\n"
+                      "methods:\n  a: {preset: net, checkpoint: m.safetensors}\n");
   WriteFileAtomically(folder.File("more.yaml"), "methods:\n  b: {type: ransac}\n");
   WriteFileAtomically(folder.File("table.yaml"),
                       "include: [rows.yaml, more.yaml]\n"
-                      "settings: {net: {num_diffusion_samples: 3}}\nmethods: {a: {label: Mine}}\n");
+                      "presets: {net: {num_diffusion_samples: 3}}\nmethods: {a: {label: Mine}, net}\n");
   Config config = ConfigFromFile(folder.File("table.yaml"));
   SetYaml(&config, "methods.b.max_iterations=7");
+  SetYaml(&config, "methods.net.temperature=2");
   const auto rows = ComposeExperiment(config).Sequence("methods");
   REQUIRE(rows.size() == 3);
   CHECK(rows[0].Text("label") == "Mine");
   CHECK(rows[0].Text("checkpoint") == "m.safetensors");
   CHECK(rows[0].Text("num_diffusion_samples") == "3");
   CHECK(rows[1].Text("max_iterations") == "7");
-  CHECK(rows[2].Text("name") == "o");  // The ceiling is last, whichever file it comes from.
+  CHECK(rows[2].Text("temperature") == "2");
 }
 
-TEST_CASE("rows are chosen and ordered by name") {
-  const std::string text = "methods: {o: {type: oracle}, a: {type: ransac}, b: {type: ransac}}\n";
-  CHECK(Row(text + "rows: [b, o, a]\n", 0).Text("name") == "b");
-  CHECK(Row(text + "rows: [b, o, a]\n", 1).Text("name") == "o");
-  CHECK(Row(text + "rows: [b, o, a]\n", 2).Text("name") == "a");
-  CHECK_THROWS_WITH(Composed(text + "rows: [b, aa]\n"), Contains("x.yaml:2") && Contains("did you mean 'a'"));
+TEST_CASE("a swept method is a row for each combination") {
+  const std::string text = R"(
+presets: {uniform: {type: ransac}, grid: {sweep: {order: {uniform: {preset: uniform}, ratio: {type: prosac}}}}}
+methods:
+  to: {type: ransac, label: RANSAC to, sweep: {max_iterations: [10, 100]}}
+  prior: {type: ransac, sweep: {consensus.sigma_prior: [0.5]}}
+  msac: {preset: grid, label: "msac, *, * draws", sweep: {draws: {few: {max_iterations: 5}}}}
+)";
+  CHECK(Row(text, 0).Text("name") == "to_10");
+  CHECK(Row(text, 1).Text("label") == "RANSAC to 100");
+  CHECK(Row(text, 1).Text("max_iterations") == "100");
+  CHECK(Row(text, 2).Text("consensus.sigma_prior") == "0.5");
+  CHECK(Row(text, 3).Text("name") == "msac_uniform_few");
+  CHECK(Row(text, 3).Text("type") == "ransac");
+  CHECK(Row(text, 4).Text("label") == "msac, ratio, few draws");
+  CHECK(Row(text, 4).Text("type") == "prosac");
+  CHECK(Row(text, 4).Text("max_iterations") == "5");
+  CHECK_THAT(Composed(text), !Contains("sweep"));
 }
 
 TEST_CASE("values of the experiment stand in texts") {
   const std::string text =
       "task: essential\nmetric: {pose: true}\nnotes: ${metric.pose}\n"
-      "data: {paths: [\"${data_root}/a\", x]}\nmethods: {a: {checkpoint: \"models/${task}/${task}.safetensors\"}}\n";
+      "data: {paths: [\"${data_root}/a\", x]}\nmethods: {a: {type: diffsac, checkpoint: "
+      "\"models/${task}/${task}.safetensors\"}}\n";
   const Config config = ComposeExperiment(ConfigFromYaml(text, "x.yaml"));
   CHECK(config.Text("notes") == "true");
   CHECK(config.Text("data.paths.0") == "data/a");
@@ -102,41 +121,21 @@ TEST_CASE("the first of several seeds is the seed, unless one is given") {
   CHECK(seed("seeds: [4, 5]\nseed: 1\n") == "1");
 }
 
-TEST_CASE("comparisons are listed by their first row") {
-  const Config config = ComposeExperiment(ConfigFromYaml("compare: {a: [b, c], d: a}\n"));
-  REQUIRE(config.Sequence("compare").size() == 3);
-  CHECK(config.Text("compare.1.0") == "a");
-  CHECK(config.Text("compare.1.1") == "c");
-  CHECK(config.Text("compare.2.0") == "d");
-}
-
-TEST_CASE("mistakes in what is put together name the file, the line and the nearest name") {
-  const std::string row = "\n  a: {use: plian, type: ransac}\n";
-  CHECK_THROWS_WITH(Composed("settings: {plain: {num_diffusion_samples: 2}}\nmethods:" + row),
+TEST_CASE("mistakes in compositions name file line and nearest") {
+  const std::string row = "\n  a: {preset: plian}\n";
+  CHECK_THROWS_WITH(Composed("presets: {plain: {num_diffusion_samples: 2}}\nmethods:" + row),
                     Contains("x.yaml:3") && Contains("did you mean 'plain'"));
   CHECK_THROWS_WITH(Composed("methods:" + row), Contains("x.yaml:2") && Contains("plian"));
-  CHECK_THROWS_WITH(Composed("settings: {plian: {use: b}, b: {use: plian}}\nmethods:" + row), Contains("circle"));
-  CHECK_THROWS_WITH(Composed("settings: [a]\nmethods:" + row), Contains("x.yaml:1") && Contains("expected a map"));
+  CHECK_THROWS_WITH(Composed("methods: {plian}"), Contains("x.yaml:1") && Contains("plian"));
+  CHECK_THROWS_WITH(Composed("methods: {a: {preset: [plian, plain], type: ransac}}"), Contains("'plain'"));
+  CHECK_THROWS_WITH(Composed("presets: {plian: {preset: b}, b: {preset: plian}}\nmethods:" + row), Contains("circle"));
+  CHECK_THROWS_WITH(Composed("presets: [a]\nmethods:" + row), Contains("x.yaml:1") && Contains("expected a map"));
+  CHECK_THROWS_WITH(Composed("methods: {a: {type: ransac, sweep: {b: 1}}}"), Contains("x.yaml:1: sweep.b"));
   CHECK_THROWS_WITH(Composed("methods: {a: ransac}\n"), Contains("x.yaml:1: methods.a"));
   CHECK_THROWS_WITH(Composed("methods: {a: {name: b}}\n"), Contains("its name already"));
   CHECK_THROWS_WITH(Composed("sweep: [0.1]\n"), Contains("x.yaml:1: sweep") && Contains("outlier_ratio"));
   CHECK_THROWS_WITH(Composed("sweep: {a: [1]}\nconditions: []\n"), Contains("x.yaml:1") && Contains("already"));
   CHECK_THROWS_WITH(Composed("sweep: {seed: [1, 2]}\n"), Contains("x.yaml:1") && Contains("'seeds: [1, 2]'"));
-}
-
-TEST_CASE("what refers to rows that are not chosen goes with them, what refers to none stays to be found") {
-  const std::string text = R"(
-methods: {a: {type: ransac}, b_5: {type: ransac}, b_50: {type: ransac}, c: {type: ransac}}
-rows: [a]
-reference: c
-compare: {a: [b_5, c], c: [a]}
-figures: {bars: [a, b_5, c], qualitative_method: c, qualitative_methods: [b_50, a]}
-paper: {Theirs: {ours: c, "0.1": 0.5}, Other: {ours: a}}
-)";
-  const std::string composed = Composed(text);
-  CHECK_THAT(composed, !Contains("b_5") && !Contains("reference") && !Contains("qualitative_method:") &&
-                           !Contains("\"c\"") && Contains("bars: [a]") && Contains("ours: a") && !Contains("ours: c"));
-  CHECK_THAT(Composed("methods: {a: {}}\nrows: [a]\nfigures: {bars: [x]}"), Contains("x"));
 }
 
 TEST_CASE("paths of an experiment are relative to its file, but not what --data-root begins") {

@@ -1,4 +1,4 @@
-// The file of what was estimated: what stands in it, that it reads back, and what is wrong with one that does not.
+// The file of what was estimated: its columns, and its examples.
 
 #include "lab/eval/estimates.h"
 
@@ -7,113 +7,162 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
-#include "core/errors.h"
 #include "diffsac/geometry/pose.h"
-#include "diffsac/problem/tasks.h"
 #include "geometry/two_view_problems.h"
+#include "lab/eval/eval_fixtures.h"
+#include "lab/eval/kept_examples.h"
+#include "lab/files/hdf5_input.h"
+#include "lab/files/hdf5_numbers.h"
 
 namespace diffsac {
 namespace {
 
-EstimateRecord Record(int index) {
-  EstimateRecord record;
-  record.index = index;
-  record.id = "pair " + std::to_string(index);
-  record.data_scene = "castle";
-  record.status = Status::kOk;
-  record.model = Eigen::VectorXd::LinSpaced(9, index, index + 1.0);
-  record.pose = RigidMotion{Eigen::AngleAxisd(0.1 * index, Eigen::Vector3d::UnitZ()).toRotationMatrix(), {1, 2, 3}};
-  for (int i = 0; i < 3 * index; ++i) record.inlier_rows.push_back(2 * i);
-  record.points = 100 + index;
-  if (index != 1) record.pose_covariance = Eigen::MatrixXd::Identity(6, 6) * (1.0 + index);
-  if (index == 2) record.ambiguous_pose = RigidMotion{Eigen::Matrix3d::Identity(), {3, 2, 1}};
-  record.cheirality_failure_ratio = 0.01 * index;
-  if (index != 4) record.focal = FocalEstimate{{700, 700.0 + index}, {650, 660}, {720, 730}, index == 0};
-  record.degeneracy = index == 4 ? Degeneracy::kPureRotation : Degeneracy::kDetermined;
-  record.score = 0.5 * index;
-  record.sigma = 0.25;
-  record.log10_nfa = 2.5 - index;
-  record.draws = 1000;
-  record.inlier_threshold = 1.0 + index;
-  if (index == 2) record.rows = {1, 5, 100000};
-  record.inlier_probabilities.assign(100 + index, 0.5f);
-  return record;
+using testing::MadeUpResults;
+
+Numbers Read(const std::string& folder, const std::string& name) {
+  return ReadNumbers(OpenHdf5(folder + "/estimates.h5").openDataSet(name), name);
 }
 
-EstimateFile Content() {
-  EstimateFile file{"table", "fundamental", "abc", {}};
-  file.groups.push_back({"prosac", "ratio 0.85", {Record(0), Record(1), Record(4)}});
-  EstimateRecord failed;
-  failed.index = 7;
-  failed.id = "ü/1";
-  failed.status = Status::kTooFewPoints;
-  failed.points = 3;
-  file.groups.push_back({"net/work", "all", {failed, Record(2)}});
-  file.groups.push_back({"net/work", "none", {}});
-  EstimateRecord several = Record(3), none = Record(5);
-  several.instances = {several.model, 2.0 * several.model, -several.model};
-  for (int i = 0; i < several.points; ++i) several.assignment.push_back(i % 4);
-  file.groups.push_back({"several", "all", {failed, several, none}});
-  several.instance_values = {0.9, 0.7, 0.4};
-  file.groups.push_back({"chosen", "all", {failed, several}});
-  return file;
+nlohmann::json Examples(const std::string& folder) {
+  const H5::DataSet data = OpenHdf5(folder + "/estimates.h5").openDataSet("examples/json");
+  std::string text(static_cast<std::size_t>(data.getSpace().getSimpleExtentNpoints()), '\0');
+  data.read(text.data(), H5::PredType::NATIVE_UINT8);
+  return nlohmann::json::parse(text);
+}
+
+/// Finds the plane z = 1, or the line y = 1, whatever the points are.
+struct AtOne : RobustEstimator {
+  diffsac::Estimate DoRun(const NormalizedProblem& space, std::uint64_t) const override {
+    const Problem& problem = space.problem();
+    diffsac::Estimate estimate;
+    estimate.status = Status::kOk;
+    const Eigen::Index dimension = problem.points.cols();
+    estimate.model = Eigen::VectorXd::Zero(dimension + 1);
+    estimate.model[dimension - 1] = 1.0;
+    estimate.model[dimension] = -1.0;
+    estimate.inlier_threshold = problem.inlier_threshold;
+    for (Eigen::Index i = 0; i < problem.points.rows(); ++i)
+      estimate.inliers.push_back(std::abs(problem.points(i, dimension - 1) - 1.0) <= problem.inlier_threshold);
+    return estimate;
+  }
+};
+
+ExperimentResults RunOf(const std::string& yaml) {
+  return RunExperiment(ReadExperiment(ConfigFromYaml(yaml)),
+                       {[](const Config&, Task) { return std::make_unique<AtOne>(); }, {}, nullptr});
 }
 
 }  // namespace
 
-TEST_CASE("estimates read back as they were written") {
-  TemporaryFolder folder;
-  const std::string path = folder / "estimates.h5";
-  const EstimateFile written = Content();
-  WriteEstimates(path, written);
-  const EstimateFile read = ReadEstimates(path);
-  CHECK(read.experiment == "table");
-  CHECK(read.task == "fundamental");
-  CHECK(read.git_revision == "abc");
-  REQUIRE(read.groups.size() == 5);
-  for (const EstimateGroup& group : written.groups) {
-    const auto same = std::find_if(read.groups.begin(), read.groups.end(), [&](const EstimateGroup& other) {
-      return other.method == group.method && other.condition == group.condition;
-    });
-    REQUIRE(same != read.groups.end());
-    REQUIRE(same->records.size() == group.records.size());
-    for (std::size_t i = 0; i < group.records.size(); ++i) {
-      const EstimateRecord &a = group.records[i], &b = same->records[i];
-      CHECK(a.index == b.index);
-      CHECK(a.id == b.id);
-      CHECK(a.data_scene == b.data_scene);
-      CHECK(a.status == b.status);
-      REQUIRE(a.model.size() == b.model.size());
-      CHECK(a.model == b.model);
-      CHECK(a.pose == b.pose);
-      CHECK(a.pose_covariance == b.pose_covariance);
-      CHECK(a.degeneracy == b.degeneracy);
-      CHECK(a.ambiguous_pose == b.ambiguous_pose);
-      CHECK(a.cheirality_failure_ratio == b.cheirality_failure_ratio);
-      REQUIRE(a.focal.has_value() == b.focal.has_value());
-      if (a.focal) {
-        CHECK(a.focal->focal_px == b.focal->focal_px);
-        CHECK(a.focal->low_px == b.focal->low_px);
-        CHECK(a.focal->high_px == b.focal->high_px);
-        CHECK(a.focal->observable == b.focal->observable);
-      }
-      CHECK(a.inlier_rows == b.inlier_rows);
-      CHECK(a.points == b.points);
-      CHECK(a.score == b.score);
-      CHECK((a.sigma == b.sigma || (std::isnan(a.sigma) && std::isnan(b.sigma))));
-      CHECK((a.log10_nfa == b.log10_nfa || (std::isnan(a.log10_nfa) && std::isnan(b.log10_nfa))));
-      CHECK(a.MayBeChance() == b.MayBeChance());
-      CHECK(a.draws == b.draws);
-      CHECK(a.rows == b.rows);
-      CHECK((a.inlier_threshold == b.inlier_threshold ||
-             (std::isnan(a.inlier_threshold) && std::isnan(b.inlier_threshold))));
-      CHECK(a.instances == b.instances);
-      CHECK(a.assignment == b.assignment);
-      CHECK(a.instance_values == b.instance_values);
-      CHECK(a.inlier_probabilities == b.inlier_probabilities);
-    }
-  }
+TEST_CASE("estimates are columns of their records") {
+  const TemporaryFolder folder;
+  ExperimentResults results = MadeUpResults();
+  results.experiment.methods[1].name = "net/work";
+  std::vector<ProblemRecord>& records = results.cells[1].records;
+  records[0].model = Eigen::Vector3d(1, 2, 3);
+  records[0].pose = RigidMotion{Eigen::Matrix3d::Identity(), {4, 5, 6}};
+  records[0].pose_covariance = 2.0 * Eigen::MatrixXd::Identity(6, 6);
+  records[0].inlier_rows = {0, 2};
+  records[1].inlier_rows = {5};
+  records[2].ambiguous_pose = RigidMotion{Eigen::Matrix3d::Identity(), {3, 2, 1}};
+  records[2].focal = FocalEstimate{{700, 701}, {650, 660}, {720, 730}};
+  records[3].instances = {Eigen::Vector3d(1, 0, 2), Eigen::Vector3d(0, 1, 3)};
+  records[3].assignment = {1, 0, 2};
+  records[3].instance_values = {0.9, 0.7};
+  WriteEstimates(results, folder.path());
+  const std::string group = "net_work/0.2/";
+  const auto values = [&](const std::string& name) { return Read(folder.path(), group + name).values; };
+  CHECK(values("index") == std::vector<double>{0, 1, 2, 3});
+  CHECK(Read(folder.path(), group + "model").shape == std::vector<hsize_t>{4, 3});
+  CHECK(values("model")[2] == 3.0);
+  CHECK(std::isnan(values("model")[3]));
+  CHECK(values("pose")[7] == 5.0);
+  CHECK(values("pose_covariance")[7] == 2.0);
+  CHECK(values("inliers") == std::vector<double>{0, 2, 5});
+  CHECK(values("inliers_end") == std::vector<double>{2, 3, 3, 3});
+  CHECK(values("ambiguous_pose")[2 * 12 + 3] == 3.0);
+  CHECK(values("focal")[2 * 6] == 700.0);
+  CHECK(Read(folder.path(), group + "structures").shape == std::vector<hsize_t>{2, 3});
+  CHECK(values("structures_end") == std::vector<double>{0, 0, 0, 2});
+  CHECK(values("structure_values") == std::vector<double>{0.9, 0.7});
+  CHECK(values("labels") == std::vector<double>{1, 0, 2});
+  const H5::H5File file = OpenHdf5(folder.File("estimates.h5"));
+  CHECK(ReadText(file.openGroup("net_work").openGroup("0.2").openAttribute("method"), "method") == "net/work");
+  CHECK_FALSE(file.nameExists("first/0.2/structures"));
+  CHECK_FALSE(file.nameExists("first/0.2/focal"));
+  CHECK_FALSE(file.nameExists("examples"));
+  results.experiment.estimates = false;
+  WriteEstimates(results, folder.path());
+  CHECK_FALSE(std::filesystem::exists(folder.File("estimates.h5")));
+}
+
+TEST_CASE("without estimates the examples keep theirs") {
+  const TemporaryFolder folder;
+  const ExperimentResults results = RunOf(
+      "{name: few, problems: 6, examples: 2, estimates: false, methods: [{type: at_one}],"
+      " data: {type: synthetic_line, num_points: 30, split: test}}");
+  CHECK(results.cells[0].records[1].model.size() == 3);
+  CHECK(results.cells[0].records[2].model.size() == 0);
+  WriteEstimates(results, folder.path());
+  CHECK(Read(folder.path(), "at_one/all/index").values == std::vector<double>{0, 1});
+  const nlohmann::json json = Examples(folder.path());
+  REQUIRE(json["examples"].size() == 2);
+  CHECK(json["examples"][1]["name"] == results.cells[0].records[1].id);
+  CHECK(json["examples"][1]["true_model"].size() == 3);
+  CHECK(Read(folder.path(), "examples/points-1").shape == std::vector<hsize_t>{30, 2});
+  CHECK(Read(folder.path(), "examples/inliers-1").values.size() == 30);
+}
+
+TEST_CASE("own points are kept as they were read") {
+  const TemporaryFolder folder;
+  WriteFileAtomically(folder.File("scan.csv"), "x,y,z\n0,0,1\n1,0,1.05\nnan,0,1\n0,1,2\n3,3,7\n2,2,1\n");
+  const ExperimentResults results =
+      RunOf("{name: own, task: plane, methods: [{type: at_one}], data: {type: point_sets, task: plane, paths: ['" +
+            folder.File("scan.csv") + "'], inlier_threshold: 0.1}}");
+  WriteEstimates(results, folder.path());
+  const nlohmann::json json = Examples(folder.path());
+  CHECK(json["examples"][0]["path"] == folder.File("scan.csv"));
+  CHECK(Read(folder.path(), "examples/points-0").shape == std::vector<hsize_t>{5, 3});
+  CHECK(Read(folder.path(), "examples/source-0").shape == std::vector<hsize_t>{6, 3});
+  CHECK(Read(folder.path(), "at_one/all/rows").values == std::vector<double>{0, 1, 3, 4, 5});
+}
+
+TEST_CASE("a condition keeps one trace of its first problem") {
+  ExperimentOptions experiment = testing::SmallExperiment();
+  RunInputs inputs = testing::TwoPointInputs();
+  inputs.trace = [](const RobustEstimator&, const Problem& problem, std::uint64_t) {
+    return ConfidenceTrace{{1.0, 0.0}, {std::vector<float>(problem.points.rows(), 0.5f)}};
+  };
+  const ExperimentResults results = RunExperiment(experiment, inputs);
+  REQUIRE(results.traces.size() == 2);
+  CHECK(results.traces[1].condition == 1);
+  const TemporaryFolder folder;
+  WriteEstimates(results, folder.path());
+  const nlohmann::json traces = Examples(folder.path())["traces"];
+  CHECK(traces[1]["example"] == 40);
+  CHECK(traces[1]["method"] == "first");
+  CHECK(traces[1]["confidence"][0].size() == 30);
+}
+
+TEST_CASE("examples of two views are spread over the data") {
+  ExperimentOptions experiment = testing::SmallExperiment();
+  experiment.examples = 3;
+  CHECK(ExamplePositions(experiment, 10) == std::vector<std::size_t>{0, 1, 2});
+  experiment.task = Task::kFundamental;
+  CHECK(ExamplePositions(experiment, 10) == std::vector<std::size_t>{0, 3, 6});
+  CHECK(ExamplePositions(experiment, 2) == std::vector<std::size_t>{0, 1});
+}
+
+TEST_CASE("names of images stand in the example or its id") {
+  Example example;
+  example.id = "scene/a-b";
+  CHECK(ImageNames(example) == std::pair<std::string, std::string>{"a", "b"});
+  example.image1 = "x-1";
+  example.image2 = "y";
+  CHECK(ImageNames(example) == std::pair<std::string, std::string>{"x-1", "y"});
+  CHECK(ImageNames(Example()) == std::pair<std::string, std::string>{});
 }
 
 TEST_CASE("a record has the pose of its model where there is one") {
@@ -157,49 +206,6 @@ TEST_CASE("a record has the pose of its model where there is one") {
   example.problem.task = Task::kLine;
   estimate.model = Eigen::Vector3d(1, 0, 2);
   CHECK_FALSE(RecordOf(example, estimate).pose);
-}
-
-TEST_CASE("what is no file of estimates is said, with its place") {
-  TemporaryFolder folder;
-  const std::string path = folder / "estimates.h5";
-  const auto error = [&] { return ErrorOf([&] { ReadEstimates(path); }); };
-  CHECK(Has(error(), "estimates.h5"));
-  WriteRaw(path, "text");
-  CHECK(Has(error(), "estimates.h5: no estimates"));
-  WriteEstimates(path, Content());
-  const auto edit = [&](const auto& change) {
-    WriteEstimates(path, Content());
-    H5::H5File file(path, H5F_ACC_RDWR);
-    change(file);
-  };
-  edit([](H5::H5File& file) { file.unlink("prosac/ratio 0.85/score"); });
-  CHECK(Has(error(), "prosac/ratio 0.85: no estimates"));
-  edit([](H5::H5File& file) {
-    const std::vector<std::int64_t> ends = {0, 99999, 5};
-    file.openDataSet("prosac/ratio 0.85/inliers_end").write(ends.data(), H5::PredType::NATIVE_INT64);
-  });
-  CHECK(Has(error(), "ends that are not in order"));
-  edit([](H5::H5File& file) {
-    const std::vector<std::int64_t> ends = {-2, 0, 5};
-    file.openDataSet("prosac/ratio 0.85/inliers_end").write(ends.data(), H5::PredType::NATIVE_INT64);
-  });
-  CHECK(Has(error(), "ends that are not in order"));
-  // Texts that were never written are null pointers.
-  edit([](H5::H5File& file) {
-    const hsize_t count = 3;
-    file.unlink("prosac/ratio 0.85/status");
-    file.createDataSet("prosac/ratio 0.85/status", H5::StrType(H5::PredType::C_S1, H5T_VARIABLE),
-                       H5::DataSpace(1, &count));
-  });
-  CHECK(Has(error(), "unknown status ''"));
-  edit([](H5::H5File& file) {
-    const hsize_t shape[] = {3, 35};
-    file.unlink("prosac/ratio 0.85/pose_covariance");
-    file.createDataSet("prosac/ratio 0.85/pose_covariance", H5::PredType::NATIVE_DOUBLE, H5::DataSpace(2, shape));
-  });
-  CHECK(Has(error(), "pose_covariance: expected a square matrix"));
-  edit([](H5::H5File& file) { file.openGroup("/").removeAttr("format"); });
-  CHECK(Has(error(), "no estimates of diffsac_eval"));
 }
 
 }  // namespace diffsac

@@ -51,10 +51,8 @@ class TwoPointEstimator : public RobustEstimator {
 
 inline const char* kSmallExperiment = R"(
 name: small
-title: Small lines
 seed: 3
 problems: 40
-condition_label: outlier ratio
 data: {type: synthetic_line, num_points: 30, split: test}
 conditions:
   - {name: "0.2", value: 0.2, data: {outlier_ratio: 0.2}}
@@ -63,12 +61,14 @@ methods:
   - {name: first, type: two_point, label: First}
   - {name: second, type: two_point, label: Second, max_problems: 10}
   - {name: oracle, type: oracle, label: Oracle}
-paper:
-  RANSAC: {"0.2": [0.83, 0.06], "0.5": 0.78}
 )";
 
-/// The results.csv of results.
-inline std::string CsvOf(const ExperimentResults& results) { return ResultsCsv(MakeReport(results)); }
+/// One method on one condition; null where it did not run.
+inline const Cell* FindCell(const ExperimentResults& results, std::size_t condition, std::size_t method) {
+  for (const Cell& cell : results.cells)
+    if (cell.condition == condition && cell.method == method) return &cell;
+  return nullptr;
+}
 
 inline ExperimentOptions SmallExperiment() { return ReadExperiment(ConfigFromYaml(kSmallExperiment)); }
 
@@ -77,50 +77,6 @@ inline RunInputs TwoPointInputs(int batch = 1) {
     return row.Text("type") == "oracle" ? MakeRow(row, task, {}) : std::make_unique<TwoPointEstimator>(batch);
   };
   return {make, {}, nullptr};
-}
-
-/// Results as the folder of a run, whose config.yaml begins with `header`.
-inline void WriteRun(const ExperimentResults& results, const std::string& folder, const std::string& header = "") {
-  std::filesystem::create_directories(folder);
-  WriteFileAtomically(folder + "/config.yaml", header + WriteExperiment(results.experiment));
-  WriteResults(MakeReport(results), folder);
-  EndResults(MakeReport(results), folder);
-}
-
-/// Two-view results with given pose errors: `first` is right on every problem of scene a (two problems) and off by
-/// 5.5 degrees in rotation on those of scene b (six); `second` has 7.5 degrees of translation everywhere, and fails on
-/// the last.
-inline ExperimentResults MadeUpPoses() {
-  ExperimentResults results;
-  results.experiment = ReadExperiment(ConfigFromYaml(R"(
-name: poses
-task: fundamental
-metric: {threshold_deg: 10}
-data: {type: synthetic_two_view}
-methods:
-  - {name: first, type: two_point, label: First}
-  - {name: second, type: two_point, label: Second}
-compare: [[first, second]]
-)"));
-  for (std::size_t m = 0; m < 2; ++m) {
-    Cell cell{0, m, {}};
-    for (int i = 0; i < 8; ++i) {
-      ProblemRecord record;
-      record.index = i;
-      record.scene = i < 2 ? "a" : "b";
-      record.status = Status::kOk;
-      record.error.rotation_deg = m == 0 && i >= 2 ? 5.5 : 0.0;
-      record.error.translation_deg = m == 1 ? 7.5 : 0.0;
-      record.error.failed = m == 1 && i == 7;
-      if (record.error.failed) record.error.rotation_deg = 180.0;
-      if (record.error.failed) record.error.translation_deg = 90.0;
-      record.error.angle_deg = std::max(record.error.rotation_deg, record.error.translation_deg);
-      record.done = true;
-      cell.records.push_back(record);
-    }
-    results.cells.push_back(cell);
-  }
-  return results;
 }
 
 /// Made-up results: two conditions, two methods and the oracle, with given errors.
@@ -152,23 +108,20 @@ inline ExperimentResults MadeUpResults() {
   return results;
 }
 
-/// Of results.csv. Times differ from run to run: everything else must not.
-inline std::string WithoutTimes(const std::string& csv) {
-  std::istringstream lines(csv);
-  std::string line, kept;
-  while (std::getline(lines, line))
-    if (line.find(",ms_") == std::string::npos) kept += line + "\n";
-  return kept;
+/// The lines of problems.csv without the times, which differ from run to run.
+inline std::string WithoutTimes(ExperimentResults results) {
+  for (Cell& cell : results.cells)
+    for (ProblemRecord& record : cell.records)
+      for (double* ms :
+           {&record.stats.ms_features, &record.stats.ms_network, &record.stats.ms_consensus, &record.stats.ms_total})
+        *ms = 0.0;
+  return ProblemsCsv(results);
 }
 
 /// Results over several structures: `first` finds all on condition 0.2 and half of them on 0.5, with sets of one
 /// structure in the same shares; `second` half of that, and the misclassification error is the share that is missing.
 inline ExperimentResults MadeUpInstances() {
   ExperimentResults results = MadeUpResults();
-  results.experiment.compare = {{"first", "second"}};
-  PaperRow published;
-  published.values["0.5"].misclassification = 5.25;
-  results.experiment.paper = {{"Published", published}};
   for (Cell& cell : results.cells)
     for (ProblemRecord& record : cell.records) {
       const double share = cell.method == 2 ? 1.0 : 1.0 / static_cast<double>((1 + cell.condition) * (1 + cell.method));

@@ -39,8 +39,8 @@ TEST_CASE("an evaluation leaves every file and prints the table") {
   const std::atomic<bool> stop{false};
   std::ostringstream out;
   CHECK(Evaluate(Request(folder), {}, stop, out) == kExitOk);
-  CHECK_THAT(out.str(), Contains("ransac 20") && Contains("mAA@0.5deg"));
-  for (const char* name : {"config.yaml", "results.json", "results.csv", "problems.csv", "table.md", "table.tex"})
+  CHECK_THAT(out.str(), Contains("ransac 20") && Contains("mAA@0.5deg") && Contains("results are in"));
+  for (const char* name : {"config.yaml", "problems.csv", "estimates.h5", "run.json"})
     CHECK(std::filesystem::exists(folder.File(std::string("out/") + name)));
   EvalRequest again = Request(folder);
   again.config_path = folder.File("out/config.yaml");  // The resolved configuration runs as well.
@@ -52,7 +52,8 @@ TEST_CASE("an interrupted evaluation leaves partial results and says so") {
   const std::atomic<bool> stop{true};
   std::ostringstream out;
   CHECK(Evaluate(Request(folder), {}, stop, out) == kExitInterrupted);
-  CHECK_THAT(ReadFile(folder.File("out/table.md")), Contains("Partial"));
+  CHECK_THAT(out.str(), Contains("PARTIAL"));
+  CHECK_THAT(ReadFile(folder.File("out/run.json")), Contains("\"partial\": true"));
 }
 
 TEST_CASE("the command line overrides the configuration") {
@@ -139,6 +140,62 @@ TEST_CASE("data below a root that is not there is missing as well") {
       "methods: [{type: ransac}]\n";
   CHECK(Evaluate(Request(folder, yaml), {}, stop, out) == kExitOk);
   CHECK_THAT(out.str(), Contains("skipped") && Contains("nowhere/tutorial"));
+}
+
+std::string RunAgain(EvalRequest request, int code = kExitOk, bool stopped = false) {
+  request.update = true;
+  const std::atomic<bool> stop{stopped};
+  std::ostringstream out;
+  CHECK(Evaluate(request, {}, stop, out) == code);
+  return out.str();
+}
+
+TEST_CASE("a run that is there is not made again") {
+  const TemporaryFolder folder;
+  EvalRequest request = Request(folder);
+  CHECK_THAT(RunAgain(request), Contains("mAA@0.5deg"));
+  CHECK_THAT(RunAgain(request), Contains("made already"));
+  request.assignments = {"methods.ransac_20.label=twenty sets"};  // A caption.
+  CHECK_THAT(RunAgain(request), Contains("made already"));
+  CHECK_THAT(ReadFile(folder.File("out/run.json")), Contains("twenty sets"));
+  request.limit = 5;  // Another experiment.
+  CHECK_THAT(RunAgain(request), Contains("mAA@0.5deg"));
+  std::filesystem::remove(folder.File("out/run.json"));  // Killed before the end.
+  CHECK_THAT(RunAgain(request), Contains("mAA@0.5deg"));
+  request.rows = true;
+  CHECK(RunAgain(request) == "twenty sets\nexhaustive\noracle\n");
+}
+
+TEST_CASE("a run that broke off passes for none") {
+  const TemporaryFolder folder;
+  RunAgain(Request(folder));
+  WriteFileAtomically(folder.File("points.csv"), "1,2\nno numbers\n");
+  const EvalRequest broken =
+      Request(folder, "task: line\ndata: {type: point_sets, task: line, inlier_threshold: 0.1, paths: [" +
+                          folder.File("points.csv") + "]}\nmethods: {ransac: {type: ransac}}\n");
+  const std::atomic<bool> stop{false};
+  std::ostringstream out;
+  CHECK_THROWS_AS(Evaluate(broken, {}, stop, out), Error);
+  CHECK_FALSE(std::filesystem::exists(folder.File("out/run.json")));
+}
+
+TEST_CASE("seeds go on where they were interrupted") {
+  const TemporaryFolder folder;
+  EvalRequest request = Request(folder, std::string(kClassical) + "seeds: [3, 4]\n");
+  RunAgain(request, kExitInterrupted, true);
+  CHECK_FALSE(std::filesystem::exists(folder.File("out/run.json")));
+  RunAgain(request);
+  CHECK_THAT(ReadFile(folder.File("out/run.json")), Contains("seed_3") && Contains("seed_4"));
+  const std::string file = folder.File("out/seed_4/problems.csv");
+  const auto written = std::filesystem::last_write_time(file);
+  CHECK_THAT(RunAgain(request), Contains("made already"));
+  CHECK(std::filesystem::last_write_time(file) == written);
+  const std::atomic<bool> stop{false};
+  std::ostringstream out;
+  request.shard = "1/2";
+  CHECK_THROWS_WITH(Evaluate(request, {}, stop, out), Contains("--shard is for one seed"));
+  request.assignments = {"seeds=[1, 1]"};
+  CHECK_THROWS_WITH(Evaluate(request, {}, stop, out), Contains("expected different seeds"));
 }
 
 }  // namespace

@@ -49,7 +49,6 @@ task: fundamental
 metric: {threshold_deg: 10}
 data: {type: correspondences, paths: [)" + (folder / "scene") +
                                                R"(], task: "${task}", inlier_threshold_px: 1}
-figures: {curve: false, qualitative: 0}
 methods: [{name: lo, type: lo_ransac, max_iterations: 200}, {name: plain, type: ransac, max_iterations: 200}]
 )");
   }

@@ -34,13 +34,6 @@ TEST_CASE("no numbering of the found structures changes the error") {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-TEST_CASE("the truth takes the numbers of its partners, what has none new ones") {
-  CHECK(AlignedTruth(kFound, kTruth) == std::vector<std::int32_t>{2, 2, 2, 2, 1, 1, 1, 3, 0, 0});
-  const std::vector<std::int32_t> one = {0, 1, 1, 0, 0}, three = {2, 1, 1, 3, 0};
-  CHECK(AlignedTruth(one, three) == std::vector<std::int32_t>{2, 1, 1, 3, 0});
-  CHECK(AlignedTruth(three, one) == std::vector<std::int32_t>{0, 1, 1, 0, 0});
-}
-
 TEST_CASE("outliers are no structure: what is right or wrong of them") {
   const std::vector<std::int32_t> none(10, 0), all(10, 1), empty;
   CHECK(Misclassification(kTruth, kTruth) == 0.0);

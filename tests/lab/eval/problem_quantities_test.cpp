@@ -98,17 +98,6 @@ TEST_CASE("what the truth does not say is unknown") {
   CHECK(std::isnan(lines.true_rotation_deg));
 }
 
-TEST_CASE("a record's quantities by name") {
-  const ProblemRecord record = Recorded(SidewaysPair());
-  CHECK(QuantityOf(record, Quantity::kInlierShare) == 0.5);
-  CHECK(QuantityOf(record, Quantity::kPoints) == 4.0);
-  CHECK(QuantityOf(record, Quantity::kRotation) == record.true_rotation_deg);
-  CHECK(QuantityOf(record, Quantity::kBaseline) == 2.0);
-  CHECK(std::isnan(QuantityOf(record, Quantity::kParallax)));
-  CHECK(std::isnan(QuantityOf(record, Quantity::kScene)));
-  CHECK(QuantityTitle(Quantity::kScene) == std::string("scene"));
-}
-
 TEST_CASE("a run records what its problems are like") {
   const ExperimentResults results = RunExperiment(testing::SmallExperiment(), testing::TwoPointInputs());
   for (const Cell& cell : results.cells)

@@ -23,28 +23,6 @@ TEST_CASE("rows are selected by name, in the experiment's order") {
   CHECK_THROWS_WITH(SelectEstimators({"orcale"}, &experiment), Contains("--methods") && Contains("'oracle'"));
 }
 
-TEST_CASE("what refers to rows that are not selected is forgotten") {
-  ExperimentOptions experiment = Read(testing::kSmallExperiment + std::string(R"(
-reference: oracle
-compare: [[first, second], [oracle, first]]
-figures: {bars: [first, oracle], qualitative_method: oracle}
-)"));
-  SelectEstimators({"first", "second"}, &experiment);
-  CHECK(experiment.compare.size() == 1);
-  CHECK(experiment.reference.empty());
-  CHECK(experiment.figures.bars == std::vector<std::string>{"first"});
-  CHECK(experiment.figures.qualitative_method.empty());
-  CHECK_NOTHROW(Read(WriteExperiment(experiment)));
-}
-
-const char* kRowWithoutNetwork = R"(
-name: networks
-data: {type: synthetic_line}
-methods:
-  - {name: learned, type: diffsac, label: Learned, checkpoint: there/is/no.safetensors}
-  - {name: other, type: ransac}
-)";
-
 TEST_CASE("a row without its checkpoint is left out, and named") {
   ExperimentOptions experiment = Read(kRowWithoutNetwork + std::string("missing: leave_out\n"));
   CHECK(Checkpoints(experiment) == std::vector<std::string>{"there/is/no.safetensors"});
@@ -79,9 +57,6 @@ methods:
   - {name: here_alone, type: ransac, conditions: [here]}
   - {name: absent_alone, type: ransac, label: Lost, conditions: [absent]}
 reference: absent_alone
-compare: [[both, absent_alone]]
-figures: {qualitative_conditions: [absent], confidence_condition: absent}
-paper: {Theirs: {ours: absent_alone, here: 0.5, absent: 0.6}}
 )";
   ExperimentOptions experiment = Read(text);
   CHECK(DataPaths(experiment) == std::vector<std::string>{"no/such/pairs"});
@@ -92,8 +67,6 @@ paper: {Theirs: {ours: absent_alone, here: 0.5, absent: 0.6}}
   REQUIRE(experiment.left_out.size() == 2);
   CHECK_THAT(experiment.left_out[0], Contains("Absent") && Contains("no/such/pairs"));
   CHECK_THAT(experiment.left_out[1], Contains("Lost"));
-  CHECK(experiment.compare.empty());
-  CHECK(experiment.paper[0].second.values.size() == 1);
   CHECK_NOTHROW(Read(WriteExperiment(experiment)));  // nothing refers to what is left out
 
   experiment = Read(text);

@@ -243,26 +243,5 @@ TEST_CASE("Accuracy in pixels counts ten thresholds evenly spaced in their logar
   CHECK(MetricName("mAA", pixels) == "mAA@20px");
 }
 
-// Field notes, section 4.2: seven errors and what the usual definitions make of them.
-TEST_CASE("The metrics of poses agree with the worked example") {
-  std::vector<ProblemRecord> records(7);
-  const double errors[] = {0.5, 1.0, 3.2, 9.9, 10.0, 12.0, 180.0};
-  std::vector<const ProblemRecord*> pointers;
-  for (int i = 0; i < 7; ++i) {
-    records[i].error.rotation_deg = errors[i];
-    records[i].error.translation_deg = 0.0;
-    records[i].error.angle_deg = errors[i];
-    pointers.push_back(&records[i]);
-  }
-  const auto metrics = SceneMetrics("all", pointers, Tolerance(10.0), {.poses = true});
-  CHECK(FindMetric(metrics, "all", "mAA@10deg") == Approx(0.414286).margin(1e-6));
-  CHECK(FindMetric(metrics, "all", "mAA_R@10deg") == Approx(0.414286).margin(1e-6));
-  CHECK(FindMetric(metrics, "all", "mAA_t@10deg") == 1.0);
-  CHECK(FindMetric(metrics, "all", "AUC@5deg") == Approx(0.34).margin(1e-6));
-  CHECK(FindMetric(metrics, "all", "AUC@10deg") == Approx(0.433571).margin(1e-6));
-  CHECK(FindMetric(metrics, "all", "AUC@20deg") == Approx(0.638571).margin(1e-6));
-  CHECK(FindMetric(metrics, "all", "median_R_deg") == 9.9);
-}
-
 }  // namespace
 }  // namespace diffsac

@@ -7,7 +7,6 @@
 #include "diffsac/guidance/engine/checkpoint_info.h"
 #include "diffsac/guidance/engine/network_options.h"
 #include "diffsac/guidance/engine/set_scorer.h"
-#include "lab/config/config_to_json.h"
 #include "lab/config/yaml.h"
 #include "lab/options/config_json.h"
 #include "lab/options/options.h"
