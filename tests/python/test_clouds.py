@@ -235,7 +235,7 @@ class TestMatches(Program):
             ("empty.txt: expected rows", ["empty.txt"]), ("word.txt: .*'four'", ["word.txt"]), ("five.txt: expected rows", ["five.txt"]),
             ("broken.npy: ", ["broken.npy"]), ("none.txt", ["none.txt"]), ("ratio", ["ratio.txt"]), ("m.txt: is an input", ["m.txt", "--json", "m.txt"]),
             ("voxel: is not for", ["m.txt", "--voxel", "1"]), ("several", ["m.txt", "--several", "--task", "similarity"]),
-            ("max_distance: expected a number above 0", ["m.txt", "--max-distance", "0"]),
+            ("max_residual: expected a number above 0", ["m.txt", "--max-distance", "0"]),
         ):
             self.assertRegex(self.run_it(2, "--from-matches", *arguments), said)
         self.assertIn("two scans", self.run_it(2))

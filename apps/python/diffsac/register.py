@@ -100,8 +100,7 @@ def read_matches(path: str) -> Tuple[Floats, Floats, Dict[str, Any]]:
 def read_cloud(path: str) -> Tuple[Any, int]:
     """A cloud, and how many points without finite coordinates it has besides."""
     pathlib.Path(path).stat()  # An error that names the file.
-    level = open3d().utility.VerbosityLevel.Warning
-    with contextlib.redirect_stdout(io.StringIO()) as said, open3d().utility.VerbosityContextManager(level):
+    with contextlib.redirect_stdout(io.StringIO()) as said, open3d().utility.VerbosityContextManager(open3d().utility.VerbosityLevel.Warning):
         cloud = open3d().io.read_point_cloud(path)  # Of a file that ends too early it has points, and says so.
     count = len(cloud.points)
     cloud.remove_non_finite_points()
@@ -131,17 +130,17 @@ def read_scans(paths: List[str], options: argparse.Namespace) -> List[SimpleName
     for cloud, _ in clouds:
         low, high = cloud.get_min_bound(), cloud.get_max_bound()
         scanner = scanner and bool(np.maximum(low, -high).max() <= 0.5 * np.linalg.norm(high - low))
-        voxel = voxel if options.voxel else max(voxel, suitable_voxel(cloud))
-    options.voxel, options.max_distance = voxel, options.max_distance or 2.0 * voxel or 1.0
+        voxel = voxel if options.voxel is not None else max(voxel, suitable_voxel(cloud))
+    options.max_distance = 2.0 * voxel or 1.0 if options.max_distance is None else options.max_distance
     for path, (cloud, left_out) in zip(paths, clouds):
-        if voxel > 0.0 and np.ptp(np.asarray(cloud.points), axis=0).max() / voxel > 1e9:
-            raise ValueError(f"{path}: a voxel of {voxel} is too small for its extent")
+        if options.voxel is not None and not 1e-9 * np.ptp(np.asarray(cloud.points), axis=0).max() <= voxel < math.inf:
+            raise ValueError(f"{path}: a voxel of {voxel} is too small, or too large, for its extent")
         name, middle = pathlib.Path(path).name, cloud.get_center()
         text = f"{name}: {len(cloud.points)} points" + (f", {left_out} more are not finite" if left_out else "")
         cloud.translate(-middle)  # Clouds far from the origin would lose digits.
         viewpoint, empty = -middle if scanner else None, (as_cloud(np.zeros((0, 3))), np.zeros((33, 0)))
         thinned, features = describe(cloud, voxel, viewpoint=viewpoint) if voxel > 0.0 else empty
-        scans.append(SimpleNamespace(name=name, text=f"{text}, described {features.shape[1]}\n", middle=middle, cloud=thinned, features=features))
+        scans.append(SimpleNamespace(voxel=voxel, name=name, text=f"{text}, described {features.shape[1]}\n", middle=middle, cloud=thinned, features=features))
     return scans
 
 
@@ -178,21 +177,17 @@ def numbers(values: Any, between: str = " ") -> str:
     return between.join(repr(float(value)).removesuffix(".0") for value in values)
 
 
-def quaternion(R: Floats) -> Floats:
-    """x y z w, of which w is not negative: a row of four times the products of each two."""
-    (a, b, c), (d, e, f), (g, h, i) = R
+def pose_of(motion: Floats) -> Floats:
+    """x y z, and the quaternion x y z w, of which w is not negative: a row of four times the products of each two."""
+    (a, b, c), (d, e, f), (g, h, i) = motion[:3, :3]
     products = [1 + a - e - i, b + d, c + g, h - f, b + d, 1 - a + e - i, f + h, c - g, c + g, f + h, 1 - a - e + i, d - b, h - f, c - g, d - b, 1 + a + e + i]
     row = np.reshape(products, (4, 4))[np.argmax(products[::5])]
-    return np.asarray(row / math.copysign(float(np.linalg.norm(row)), row[3]) + 0.0)
-
-
-def pose_of(motion: Floats) -> str:
-    return numbers([*motion[:3, 3], *quaternion(motion[:3, :3])])
+    return np.append(motion[:3, 3], row / math.copysign(float(np.linalg.norm(row)), row[3]) + 0.0)
 
 
 def transform_text(motion: Floats, scale: str = "") -> str:
-    q = quaternion(motion[:3, :3])
-    sine, rows = float(np.linalg.norm(q[:3])), ["".join(f" {one:14.7g}" for one in row) for row in motion[:3, :3]]
+    rows, q = ["".join(f" {one:14.7g}" for one in row) for row in motion[:3, :3]], pose_of(motion)[3:]
+    sine = float(np.linalg.norm(q[:3]))
     axis = ", ".join(f"{one:.4f}" for one in (q[:3] / sine if sine > 0.0 else np.eye(3)[0]))
     turned = f"  turned by {math.degrees(2.0 * math.atan2(sine, q[3])):.3f} degrees about ({axis})"
     return "  R = " + "\n      ".join(rows) + f"\n{turned}\n  t =  ({numbers(motion[:3, 3], ', ')}); y = {scale}R x + t\n"
@@ -254,7 +249,7 @@ def run_two(options: argparse.Namespace) -> Tuple[str, Dict[str, Any]]:
     first, second = read_scans(options.scans, options)
     found = register(first, second, options.max_distance, options.seed)
     (text, values), (one, two, before) = told(found), found.overlap
-    text = f"voxel: {numbers([options.voxel])}\n{first.text}{second.text}{text}"
+    text = f"voxel: {numbers([first.voxel])}\n{first.text}{second.text}{text}"
     if found.estimate.ok:
         text += f"overlap: {100 * one:.0f} % of the first, {100 * two:.0f} % of the second; RMSE {found.rmse:.2g} "
         text += f"(before ICP {100 * before:.0f} % of the first)\n"
@@ -280,14 +275,14 @@ def pose_graph(scans: List[SimpleNamespace], pairs: List[Tuple[int, int, Found]]
         while edge := next((pair for pair in edges if (pair[0] in poses) != (pair[1] in poses)), None):
             i, j, found = edge
             poses.update({j: poses[i] @ np.linalg.inv(found.motion)} if i in poses else {i: poses[j] @ found.motion})
-    vertices = [f"# {i}: {scan.name}\nVERTEX_SE3:QUAT {i} {pose_of(poses[i])}" for i, scan in enumerate(scans)]
+    vertices = [f"# {i}: {scan.name}\nVERTEX_SE3:QUAT {i} {numbers(pose_of(poses[i]))}" for i, scan in enumerate(scans)]
     for i, j, found in (pair for pair in pairs if pair[2].is_edge):
         # An error of g2o's, (translation, half a turn) in the first frame, turns by twice R of the one and moves t by R of the other.
         R, zero = found.motion[:3, :3], np.zeros((3, 3))
         change = np.block([[zero, R.T], [0.5 * R.T, zero]])
         information = np.linalg.inv(change @ found.covariance(found.origin) @ change.T)
         upper = (0.5 * (information + information.T))[np.triu_indices(6)]
-        lines.append(f"EDGE_SE3:QUAT {j} {i} {pose_of(found.motion)} {numbers(upper)}")
+        lines.append(f"EDGE_SE3:QUAT {j} {i} {numbers([*pose_of(found.motion), *upper])}")
     return "\n".join(vertices + lines) + "\n"
 
 
@@ -312,7 +307,7 @@ def run_folder(options: argparse.Namespace) -> int:
         e, names, (share, other, _) = found.estimate, (scans[i].name, scans[j].name), found.overlap
         pairs.append((i, j, found))
         signs = [int(sign) for sign in (e.may_be_chance, e.ambiguous, found.is_edge)]
-        fit = [f"{found.hold:.3f}", f"{share:.4f}", f"{other:.4f}", f"{found.rmse:.6g}", *pose_of(found.motion).split()] if e.ok else [""] * 11
+        fit = [f"{found.hold:.3f}", f"{share:.4f}", f"{other:.4f}", f"{found.rmse:.6g}", *numbers(pose_of(found.motion)).split()] if e.ok else [""] * 11
         writer.writerow([*names, e.status.value, found.matches, e.num_inliers, *signs, *fit])
         said = ", may be chance" * signs[0] + ", ambiguous" * signs[1] + ", slides" * (found.hold < LEAST_HOLD)
         text = f"{e.num_inliers} of {found.matches} matches, overlap {100 * share:.0f} %{said}" if e.ok else f"no motion: {e.status.value}"
@@ -347,8 +342,6 @@ def parsed(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         parser.error(f"{name}: is not for {('--from-matches', 'a folder', 'two clouds')[kind]}")
     if given.several and given.task == "similarity":
         parser.error("several: is for --task rigid")
-    for name in (name for name in ("voxel", "max_distance") if not 0.0 < (1.0 if getattr(given, name) is None else getattr(given, name)) < math.inf):
-        parser.error(f"{name}: expected a number above 0")
     for path in (path for path in (given.json, given.output) if path and kind != 1):
         if os.path.realpath(path) in map(os.path.realpath, [*given.scans, given.from_matches or ""]):
             parser.error(f"{path}: is an input")
