@@ -1,34 +1,27 @@
-// Estimates the model of two images, or of every pair of a folder of photographs: keypoints, matches, one row of an
-// experiment; a text and a picture, or a table, a page and a COLMAP database.
+// Estimates the model of two images, or of every pair of a folder of photographs, by the functions of diffsac.h:
+// keypoints, matches, estimates; a text and a picture, or a table, a page and a COLMAP database.
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <functional>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 
 #include "diffsac/core/logging.h"
-#include "diffsac/core/status.h"
-#include "diffsac/estimate/presets.h"
+#include "diffsac/diffsac.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/number_checks.h"
-#include "lab/config/paths.h"
 #include "lab/config/process.h"
 #include "lab/config/program.h"
+#include "lab/config/report_script.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
 #include "lab/config/terminal_log.h"
-#include "lab/eval/evaluate.h"
-#include "lab/eval/report_script.h"
-#include "lab/eval/selection.h"
 #include "lab/files/files.h"
-#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/given_matches.h"
 #include "lab/images/image_cameras.h"
-#include "lab/images/image_source.h"
 #include "lab/images/match_pair.h"
 #include "lab/images/pair_text.h"
 #include "lab/images/photograph_results.h"
@@ -50,7 +43,6 @@ constexpr const char* kFooter = R"(Examples:
   diffsac_pair --from-matches m.csv --calibration K.txt    your own matches: x1 y1 x2 y2 and, if known, ratio or score
   diffsac_pair --from-matches matches.h5 --focal 2900      hloc's, the features beside them; or database.db, or a folder
   diffsac_pair --task absolute_pose --from-matches points.csv --calibration K.txt      x y X Y Z: the camera's pose
-  diffsac_pair --method                                    says which estimators there are
 Exit status: 0 a model (of many pairs, of one at least), 1 none, 2 bad input, 130 interrupted.
 More: docs/two_view.md)";
 
@@ -58,15 +50,17 @@ struct Request {
   std::vector<std::string> images;
   std::string list, output = "pairs";
   bool overwrite = false, same_camera = false;
-  std::string task, config_path, method, picture = "diffsac_pictures/matches.png", json, matches;
-  std::vector<std::string> assignments;
+  std::optional<Task> task;
+  std::string picture = "diffsac_pictures/matches.png", json, matches;
   GivenMatches given;
   GivenCalibration calibration;
   FeatureOptions features{.max_image_size = 3200};  // As COLMAP has it.
-  double threshold_px = 0.0;                        // 0: the task's
-  EstimatorContext context;
-  std::uint64_t seed = 0;
-  bool only_rows = false;
+  PairOptions options;
+
+  bool IsGiven() const { return !given.file.empty(); }
+  bool Takes(Task other) const { return task == other; }
+  /// Whose focal lengths are found, unless another task is asked for.
+  bool FindsFocal() const { return task && FindsFocals(*task); }
 };
 
 /// "640x480".
@@ -83,10 +77,11 @@ void AddInput(CLI::App* app, Request* request) {
   app->add_option("images", request->images,
                   "Two images; or photographs of which every pair is estimated: a folder, three images or more, "
                   "patterns in quotes ('photos/*.jpg')");
-  app->add_option("--list", request->list,
-                  "Only these pairs: a text file, two images a line. Without images beside it, of the images that it "
-                  "names (default: all pairs)");
-  app->add_option(
+  CLI::Option* list = app->add_option(
+      "--list", request->list,
+      "Only these pairs: a text file, two images a line. Without images beside it, of the images that it "
+      "names (default: all pairs)");
+  CLI::Option* matches = app->add_option(
       "--from-matches", request->given.file,
       "Instead of images, or with two that are drawn: matches in a text file, CSV or as --matches writes "
       "them (.npy and .npz too, SuperGlue's among them), a line each: x1 y1 x2 y2 [ratio [log_size angle]] "
@@ -98,50 +93,63 @@ void AddInput(CLI::App* app, Request* request) {
          "--sizes",
          [request](const std::vector<std::string>& texts) {
            for (const std::string& text : texts) request->given.sizes.push_back(SizeFromText(text));
+           if (texts.size() > 2) throw CLI::ValidationError("--sizes", "expected one size, or two");
          },
          "Of --from-matches: the images' sizes, as 640x480, or one for each: 640x480,800x600 (default: unknown)")
       ->delimiter(',')
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->needs(matches);
   AddCalibrationOptions(app, &request->calibration);
   app->add_flag("--same-camera", request->same_camera,
                 "Without a calibration: one camera took all images, at one zoom (default: where EXIF data say so)");
-  app->add_option_function<std::string>(
-         "--features", [request](const std::string& name) { request->features.kind = FromString<FeatureKind>(name); },
-         "sift, rootsift, orb or, where LibTorch is installed, xfeat, of 4096 keypoints and 1600 pixels if not said "
-         "otherwise (default: rootsift)")
-      ->check(CLI::IsMember({"sift", "rootsift", "orb", "xfeat"}));
-  app->add_option("--max-keypoints", request->features.max_keypoints, "The strongest of an image; 0: all")
-      ->capture_default_str();
-  app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never")
-      ->capture_default_str();
+  CLI::Option* features =
+      app->add_option_function<std::string>(
+             "--features",
+             [request](const std::string& name) { request->features.kind = FromString<FeatureKind>(name); },
+             "sift, rootsift, orb or, where LibTorch is installed, xfeat, of 4096 keypoints and 1600 pixels if not "
+             "said "
+             "otherwise (default: rootsift)")
+          ->check(CLI::IsMember({"sift", "rootsift", "orb", "xfeat"}));
+  CLI::Option* keypoints =
+      app->add_option("--max-keypoints", request->features.max_keypoints, "The strongest of an image; 0: all")
+          ->capture_default_str();
+  CLI::Option* size = app->add_option("--max-image-size", request->features.max_image_size,
+                                      "Reduce larger images to this side; 0: never")
+                          ->capture_default_str();
+  for (CLI::Option* of_images : {list, features, keypoints, size}) matches->excludes(of_images);
 }
 
 void AddEstimator(CLI::App* app, Request* request) {
-  app->add_option("--task", request->task,
-                  "essential, shared_focal (R, t and the focal length of both images, which EXIF data hint at), "
-                  "two_focals (with one for each image), fundamental, homography or, of points of a known scene, "
-                  "absolute_pose (default: essential with a calibration; without, shared_focal for images of one "
-                  "camera, else two_focals)")
+  PairOptions& options = request->options;
+  app->add_option_function<std::string>(
+         "--task", [request](const std::string& name) { request->task = TaskFromString(name); },
+         "essential, shared_focal (R, t and the focal length of both images, which EXIF data hint at), "
+         "two_focals (with one for each image), fundamental, homography or, of points of a known scene, "
+         "absolute_pose (default: essential with a calibration; without, shared_focal for images of one "
+         "camera, else two_focals)")
       ->check(CLI::IsMember({"essential", "shared_focal", "two_focals", "fundamental", "homography", "absolute_pose"}));
-  app->add_option("--config", request->config_path,
-                  "Estimators to choose from (default: configs/pair/TASK.yaml beside the program)");
-  app->add_option("--method", request->method,
-                  "The estimator, a row of --config; without a value: says which there are (default: the first, "
-                  "learned_prosac, which draws by a network and runs no reverse process; without a "
-                  "calibration: prosac_marginalised, without a network)")
-      ->expected(0, 1);
-  app->add_option("--set", request->assignments, "key.path=value, overrides the configuration (default: nothing)")
-      ->allow_extra_args(false);
-  app->add_option("--checkpoint", request->context.checkpoint_override,
-                  "Replaces the estimator's network (default: the row's)");
-  app->add_option("--threshold-px", request->threshold_px,
-                  "The most that an inlier's residual can be (default: 1; homographies 3)")
+  app->add_option_function<std::string>(
+         "--guidance", [&options](const std::string& name) { options.guidance = FromString<Guidance>(name); },
+         "What guides the samples of E, F and H: network (a network's probabilities and PROSAC together), none (PROSAC "
+         "alone, as for scores and unknown focal lengths) or diffusion (default: network)")
+      ->check(CLI::IsMember({"network", "none", "diffusion"}));
+  app->add_option("--models", options.models_folder,
+                  "A folder of networks to use instead of the library's (default: none)");
+  app->add_option("--threshold-px", options.threshold_px,
+                  "The most that an inlier's residual can be (default: 1; homographies 3, absolute poses 4)")
       ->check(NumberAbove(0));
-  app->add_option("--device", request->context.device, "auto, cpu, cuda or cuda:INDEX")->capture_default_str();
-  app->add_option("--threads", request->context.threads, "Threads; 0: all cores")
+  app->add_option("--max-iterations", options.max_iterations, "Most minimal samples (default: 1000)")
+      ->check(NumberFrom(1));
+  app->add_option("--min-iterations", options.min_iterations,
+                  "Least minimal samples (default: 100; of unknown focal lengths all, of absolute poses 0)")
+      ->check(NumberFrom(0));
+  app->add_option("--confidence", options.confidence,
+                  "The search ends when a better model would have been drawn with this probability (default: 0.9999)")
+      ->check(NumberWithin(0.0, 1.0));
+  app->add_option("--threads", options.threads, "Threads; 0: all cores")
       ->check(NumberWithin(0, 1024))
       ->capture_default_str();
-  app->add_option("--seed", request->seed, "Of the search; every pair has the same")
+  app->add_option("--seed", options.seed, "Of the search; every pair has the same")
       ->check(NumberFrom(0))
       ->capture_default_str();
 }
@@ -157,44 +165,33 @@ void AddOutput(CLI::App* app, Request* request) {
   app->add_flag("--overwrite", request->overwrite, "Photographs: replaces results that are there (default: no)");
 }
 
-bool IsManyGiven(const Request& request) { return !request.given.file.empty() && AreManyMatches(request.given.file); }
+bool IsManyGiven(const Request& request) { return request.IsGiven() && AreManyMatches(request.given.file); }
 
 bool IsOnePair(const Request& request) {
-  if (!request.given.file.empty()) return !IsManyGiven(request);
+  if (request.IsGiven()) return !IsManyGiven(request);
   return request.list.empty() && AreTwoFiles(request.images);
 }
 
 void CheckGivenMatches(const CLI::App& app, Request* request) {
-  if (request->given.file.empty()) {
-    if (app.count("--sizes") > 0) throw Error("--sizes is for --from-matches");
-    return;
-  }
-  for (const char* option : {"--list", "--features", "--max-keypoints", "--max-image-size"})
-    if (app.count(option) > 0) throw Error(std::string(option) + " is for images, not for --from-matches");
-  if (request->given.sizes.size() > 2) throw Error("--sizes: expected one size, or two");
-  if (!request->images.empty() && !AreTwoFiles(request->images))
-    throw Error("--from-matches: expected no images, or the two that the matches are of");
-  if (IsManyGiven(*request) && !request->images.empty())
-    throw Error("--from-matches: images are for the matches of one pair");
-  if (request->task == "absolute_pose" && !request->images.empty())
-    throw Error("--from-matches: points of --task absolute_pose are drawn on no images");
-  if (request->images.empty() && !request->picture.empty() && app.count("--picture") > 0)
+  if (!request->IsGiven()) return;
+  const bool images = !request->images.empty(), many = IsManyGiven(*request);
+  if (images && (many || request->Takes(Task::kAbsolutePose) || !AreTwoFiles(request->images)))
+    throw Error("--from-matches: expected no images, or the two that the matches of one pair are of");
+  if (!images && !request->picture.empty() && app.count("--picture") > 0)
     throw Error("--picture: with --from-matches a picture needs the two images");
-  if (request->images.empty()) request->picture.clear();
+  if (!images) request->picture.clear();
 }
 
 // What belongs to the other kind of run is a mistake.
 void CheckUse(const CLI::App& app, Request* request) {
-  request->only_rows = app.count("--method") > 0 && request->method.empty();
-  if (request->only_rows) return;
   CheckGivenMatches(app, request);
   // As XFeat's authors have it.
   if (request->features.kind == FeatureKind::kXFeat) {
     if (app.count("--max-keypoints") == 0) request->features.max_keypoints = 4096;
     if (app.count("--max-image-size") == 0) request->features.max_image_size = 1600;
   }
-  const bool given = !request->given.file.empty();
-  if (request->task == "absolute_pose" && !given)
+  const bool given = request->IsGiven();
+  if (request->Takes(Task::kAbsolutePose) && !given)
     throw Error("--task absolute_pose is for --from-matches, with points x y X Y Z of a known scene");
   if (!given && request->list.empty() && request->images.empty())
     throw Error("expected two images, or a folder of photographs");
@@ -210,19 +207,19 @@ void CheckUse(const CLI::App& app, Request* request) {
 }
 
 /// `images`: without a calibration, those of which EXIF data may say that one camera took them.
-std::string TaskOf(const Request& request, const std::vector<SourceImage>& images, bool calibrated) {
-  if (request.same_camera && (calibrated || (!request.task.empty() && request.task != "shared_focal")))
+Task TaskOf(const Request& request, const std::vector<SourceImage>& images, bool calibrated) {
+  if (request.same_camera && (calibrated || (request.task && !request.Takes(Task::kSharedFocal))))
     throw Error("--same-camera is for images without a calibration, whose focal length is looked for");
-  if (request.task == "essential" && !calibrated && !request.only_rows)
-    throw Error("an essential matrix needs --calibration, --cameras or --focal");
-  if (request.task == "absolute_pose" && !calibrated && !request.only_rows)
-    throw Error("an absolute pose needs --calibration, --cameras or --focal");
-  if (!request.task.empty() && FindsFocals(TaskFromString(request.task)) && calibrated)
-    throw Error(request.task + " finds the focal length: it takes no --calibration, --cameras or --focal");
-  if (!request.task.empty()) return request.task;
-  if (calibrated) return "essential";
+  for (const auto& [task, name] :
+       {std::pair(Task::kEssential, "an essential matrix"), {Task::kAbsolutePose, "an absolute pose"}})
+    if (request.Takes(task) && !calibrated)
+      throw Error(std::string(name) + " needs --calibration, --cameras or --focal");
+  if (request.FindsFocal() && calibrated)
+    throw Error(ToString(*request.task) + " finds the focal length: it takes no --calibration, --cameras or --focal");
+  if (request.task) return *request.task;
+  if (calibrated) return Task::kEssential;
   const bool one = images.empty() ? request.same_camera : CamerasOfPhotographs(images, {}, request.same_camera).IsOne();
-  return one ? "shared_focal" : "two_focals";
+  return one ? Task::kSharedFocal : Task::kTwoFocals;
 }
 
 /// One focal length for both images, where EXIF data say that there are two.
@@ -239,27 +236,19 @@ void WarnOfZoom(const Problem& problem) {
              " pixels, and shared_focal takes one for both images: --task two_focals takes both");
 }
 
-std::ptrdiff_t InliersOf(const Estimate& estimate) {
-  return std::count(estimate.inliers.begin(), estimate.inliers.end(), 1);
-}
-
 /// Goes over to two focal lengths where EXIF data say one and two explain many more matches: a digital zoom.
-void TryTwoFocals(const std::function<Estimate(const Problem&)>& search, double threshold_px, Example* pair,
-                  Estimate* estimate) {
+void TryTwoFocals(PairOptions options, ImagePair* pair) {
   constexpr double kManyMore = 1.25;
-  constexpr std::ptrdiff_t kLeastMore = 10;
-  Example of_two = *pair;
-  SetTask(Task::kTwoFocals, threshold_px, &of_two);
-  Estimate two = search(of_two.problem);
-  const auto one = InliersOf(*estimate), more = InliersOf(two) - one;
-  if (two.status != Status::kOk || more < kLeastMore ||
-      static_cast<double>(more) < (kManyMore - 1.0) * static_cast<double>(one))
-    return;
+  constexpr int kLeastMore = 10;
+  options.task = Task::kTwoFocals;
+  ImagePair two = *pair;
+  EstimatePair(options, &two);
+  const int one = pair->estimate.num_inliers, both = two.estimate.num_inliers;
+  if (!two.estimate.ok() || both - one < kLeastMore || both < kManyMore * one) return;
   LogWarning("EXIF data say that one camera took both images at one zoom, but two focal lengths explain " +
-             std::to_string(one + more) + " matches and one explains " + std::to_string(one) +
+             std::to_string(both) + " matches and one explains " + std::to_string(one) +
              ": taken as of two zooms; --same-camera takes one");
-  *pair = std::move(of_two);
-  *estimate = std::move(two);
+  *pair = std::move(two);
 }
 
 /// Of a folder. Who knows better than EXIF data and the matches has something to gain.
@@ -271,53 +260,11 @@ void SaySeveralCameras(const PhotographCameras& cameras) {
 }
 
 /// Who knows better than EXIF data has something to gain.
-void SayTwoCameras(const Request& request, const std::string& task, const Problem& problem) {
+void SayTwoCameras(const Request& request, const Problem& problem) {
   const auto sides = [](const ImageSize& size) { return std::minmax(size.width, size.height); };
-  if (task == "two_focals" && request.task.empty() && problem.size1.known() &&
+  if (problem.task == Task::kTwoFocals && !request.task && problem.size1.known() &&
       sides(problem.size1) == sides(problem.size2))
     std::cout << "taken as of two cameras, for no EXIF data say that it is one: if it is, --same-camera is surer\n";
-}
-
-std::string RowsText(const ExperimentOptions& experiment) {
-  std::string text;
-  for (const EstimatorRow& row : experiment.methods) text += (text.empty() ? "" : ", ") + row.name;
-  return text;
-}
-
-ExperimentOptions AllRows(const Request& request, const std::string& task) {
-  EvalRequest rows;
-  rows.config_path = request.config_path.empty() ? SharedFile("configs/pair/" + task + ".yaml")
-                                                 : NamedConfiguration(request.config_path, "configs/pair");
-  rows.assignments = request.assignments;
-  ExperimentOptions experiment = ReadRequest(rows);
-  experiment.seed = request.seed;
-  if (experiment.methods.empty()) throw Error(rows.config_path + ": no methods");
-  return experiment;
-}
-
-/// The experiment with the one row that runs.
-ExperimentOptions ChosenRow(const Request& request, const std::string& task) {
-  ExperimentOptions experiment = AllRows(request, task);
-  std::vector<std::string> names;
-  for (const EstimatorRow& row : experiment.methods) names.push_back(row.name);
-  const std::string name = request.method.empty() ? names.front() : request.method;
-  if (std::find(names.begin(), names.end(), name) == names.end())
-    throw Error("--method " + name + ": no such row; there are " + RowsText(experiment));
-  SelectEstimators({name}, &experiment);
-  experiment.threads = request.context.threads;
-  return experiment;
-}
-
-int ListRows(const Request& request) {
-  const std::string task = TaskOf(request, {}, request.calibration.IsGiven());
-  std::cout << "--task " << task << ":\n";
-  for (const EstimatorRow& row : AllRows(request, task).methods)
-    std::cout << "  " << row.name << (row.label.empty() || row.label == row.name ? "" : ": " + row.label) << "\n";
-  return kExitOk;
-}
-
-double ThresholdOf(const Request& request, const std::string& task) {
-  return request.threshold_px > 0.0 ? request.threshold_px : DefaultThreshold(TaskFromString(task));
 }
 
 void RequireFolderOf(const std::string& file) {
@@ -330,8 +277,7 @@ void RequireFolderOf(const std::string& file) {
 /// Of both kinds of run.
 std::vector<std::string> InputsOf(const Request& request) {
   std::vector<std::string> inputs = request.calibration.Inputs();
-  inputs.insert(inputs.end(),
-                {request.list, request.given.file, request.config_path, request.context.checkpoint_override});
+  inputs.insert(inputs.end(), {request.list, request.given.file});
   return inputs;
 }
 
@@ -347,54 +293,56 @@ constexpr const char* kNeedsSizes =
     "--from-matches: focal lengths are found about the images' middles: give --sizes, a calibration, or --task "
     "fundamental";
 
-/// Networks have learned what ratios say, not what scores do.
-void SuitScores(const Problem& problem, Request* request) {
-  if (problem.scored && request->method.empty() && request->task != "absolute_pose")
-    request->method = "prosac_marginalised";
+/// Keypoints and matches of two images, or matches that are given.
+ImagePair MatchedPairOf(const Request& request) {
+  if (!request.IsGiven())
+    return MatchTwoImages(request.images[0], request.images[1], request.features, request.calibration,
+                          request.options.threads);
+  return (request.Takes(Task::kAbsolutePose) ? ReadScenePoints : ReadMatches)(request.given, request.calibration);
 }
 
-int RunTwo(Request request) {
-  std::vector<SourceImage> images;
-  for (const std::string& path : request.images) images.push_back({"", path, {}, {}});
-  const std::string task = TaskOf(request, images, request.calibration.IsGiven());
-  RefuseInputs(request);
-  for (const std::string& file : {request.picture, request.json, request.matches}) RequireFolderOf(file);
-  if (request.context.threads > 0) cv::setNumThreads(request.context.threads);
-  const bool given = !request.given.file.empty();
-  if (given && FindsFocals(TaskFromString(task)) && request.given.sizes.empty()) throw Error(kNeedsSizes);
-  MatchedImages matched;
-  if (given) matched = (task == "absolute_pose" ? ReadScenePoints : ReadMatches)(request.given, request.calibration);
-  SuitScores(matched.pair.problem, &request);
-  const ExperimentOptions experiment = ChosenRow(request, task);
-  const auto method = MakeEstimator(experiment.methods.front().config, TaskFromString(task), request.context);
-  if (!given)
-    matched = MatchTwoImages(request.images[0], request.images[1], request.features, request.calibration,
-                             request.context.threads);
-  SetTask(TaskFromString(task), ThresholdOf(request, task), &matched.pair);
-  if (task == "shared_focal") WarnOfZoom(matched.pair.problem);
-  const auto search = [&](const Problem& problem) { return method->Run(problem, request.seed); };
-  Estimate estimate = search(matched.pair.problem);
-  if (task == "shared_focal" && request.task.empty() && !request.same_camera)
-    TryTwoFocals(search, ThresholdOf(request, task), &matched.pair, &estimate);
-  const PairTimes times{matched.ms_keypoints, matched.ms_matching};
-  request.images.resize(2);
-  const PairRun run{request.images[0], request.images[1], experiment.methods.front().name, request.seed};
-  std::cout << PairText(matched.pair, estimate, times);
-  SayTwoCameras(request, task, matched.pair.problem);
-  if (!request.matches.empty()) WriteFileAtomically(request.matches, MatchesText(matched.pair.problem));
-  if (!request.json.empty()) WriteFileAtomically(request.json, PairJson(matched.pair, estimate, times, run));
-  if (!request.picture.empty()) {
-    DrawInliers(request.images[0], request.images[1], matched.pair.problem.points, estimate.inliers,
-                matched.pair.id + ", " + task, request.picture);
-    std::cout << "picture: " << request.picture << std::endl;
-  }
-  if (estimate.cheirality_failure_ratio > kMostBehind)
+void WarnOfPair(const PairEstimate& estimate) {
+  if (estimate.diagnostics.cheirality_failure_ratio > kMostBehind)
     LogWarning("many of the matches that fit lie behind a camera: an image may be mirrored");
   else if (estimate.MayBeChance())
     LogWarning(
         "no more inliers than matches of unlike images would give: the images may share nothing. Look at the picture; "
         "take images that show more of the same from nearer places, or more keypoints (--max-keypoints 0)");
-  return estimate.status == Status::kOk ? kExitOk : kExitNoModel;
+}
+
+void WritePair(const ImagePair& pair, const Request& request, const std::string& first, const std::string& second) {
+  const Problem& problem = pair.example.problem;
+  if (!request.matches.empty()) WriteFileAtomically(request.matches, MatchesText(problem));
+  if (!request.json.empty()) {
+    Json json = PairJson(pair, first, second);
+    json["correspondences"] = CorrespondencesJson(problem);
+    WriteFileAtomically(request.json, JsonText(json));
+  }
+  if (request.picture.empty()) return;
+  DrawInliers(first, second, problem.points, pair.estimate.inliers, pair.example.id + ", " + ToString(problem.task),
+              request.picture);
+  std::cout << "picture: " << request.picture << std::endl;
+}
+
+int RunOne(Request request) {
+  std::vector<SourceImage> images;
+  for (const std::string& path : request.images) images.push_back({"", path, {}, {}});
+  PairOptions& options = request.options;
+  options.task = TaskOf(request, images, request.calibration.IsGiven());
+  RefuseInputs(request);
+  for (const std::string& file : {request.picture, request.json, request.matches}) RequireFolderOf(file);
+  if (options.threads > 0) cv::setNumThreads(options.threads);
+  if (request.IsGiven() && FindsFocals(options.task) && request.given.sizes.empty()) throw Error(kNeedsSizes);
+  ImagePair pair = MatchedPairOf(request);
+  if (options.task == Task::kSharedFocal) WarnOfZoom(pair.example.problem);
+  EstimatePair(options, &pair);
+  if (options.task == Task::kSharedFocal && !request.task && !request.same_camera) TryTwoFocals(options, &pair);
+  std::cout << PairText(pair);
+  SayTwoCameras(request, pair.example.problem);
+  request.images.resize(2);
+  WritePair(pair, request, request.images[0], request.images[1]);
+  WarnOfPair(pair.estimate);
+  return pair.estimate.ok() ? kExitOk : kExitNoModel;
 }
 
 std::string KeypointsFolder(const Request& request) { return (fs::path(request.output) / ".keypoints").string(); }
@@ -402,132 +350,120 @@ std::string KeypointsFolder(const Request& request) { return (fs::path(request.o
 /// Keypoints that are left in a folder are those of a run that was interrupted: the next one goes on with them.
 void RefuseResults(const Request& request) {
   std::error_code code;
-  const bool finished =
-      fs::exists(fs::path(request.output) / kPosesFile, code) && !fs::exists(KeypointsFolder(request), code);
   std::vector<std::string> files;
-  for (const char* name : {kPosesFile, kReportFile, kEstimatesFile, kDatabaseFile, "config.yaml"})
+  for (const char* name : {kPosesFile, kReportFile, kPairsJson, kDatabaseFile})
     files.push_back((fs::path(request.output) / name).string());
   RefuseInputsAsOutputs(files, InputsOf(request));
-  const bool ours = ProgramOfRun(request.output) == kPairProgram || fs::exists(KeypointsFolder(request), code);
+  if (request.overwrite || fs::exists(KeypointsFolder(request), code)) return;
   for (const std::string& file : files)
-    if (!ours && !request.overwrite && fs::exists(file, code))
-      throw Error(file + ": is there already; --overwrite replaces it, --output DIR writes elsewhere");
-  if (finished && !request.overwrite)
-    throw Error(request.output + ": holds results already; --overwrite replaces them, --output DIR writes elsewhere");
+    if (fs::exists(file, code))
+      throw Error(request.output + ": holds results already (" + fs::path(file).filename().string() +
+                  "); --overwrite replaces them, --output DIR writes elsewhere");
 }
 
-/// How many pairs are done.
-std::ptrdiff_t CountDone(const std::vector<EstimatedPair>& pairs) {
-  return std::count_if(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) { return pair.done; });
-}
+/// Photographs, the cameras that must be found, and what is estimated of the pairs.
+struct Work {
+  Photographs photographs;
+  PhotographCameras cameras;
+  std::unique_ptr<FeatureStore> store;  ///< Null: the pairs came with their matches.
+  std::vector<ImagePair> pairs;
+};
 
-/// The exit status of pairs of which one at least has a model, or none.
-int StatusOf(const std::vector<EstimatedPair>& pairs) {
-  const bool any = std::any_of(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) {
-    return pair.done && pair.estimate.status == Status::kOk;
-  });
-  return any ? kExitOk : kExitNoModel;
-}
-
-int EndInterrupted(const Request& request, const std::string& what) {
-  LogWarning("interrupted: " + what + "; the same command goes on with the keypoints that are kept in " +
-             KeypointsFolder(request));
+int EndInterrupted(const Work& work, const Request& request, const std::string& what) {
+  LogWarning("interrupted: " + what +
+             (work.store ? "; the same command goes on with the keypoints that are kept in " + KeypointsFolder(request)
+                         : std::string()));
   return kExitInterrupted;
 }
 
-int RunMany(const Request& request) {
-  Photographs photographs = ListPhotographs(request.images, request.list);
-  const std::string task = TaskOf(request, photographs.source.images, request.calibration.IsGiven());
-  std::vector<std::string> paths;
-  for (const SourceImage& image : photographs.source.images) paths.push_back(image.path);
-  const ImageCameras cameras(request.calibration, paths);
-  ExperimentOptions experiment = ChosenRow(request, task);
-  experiment.name = photographs.source.scenes.front().name;
-  experiment.title = experiment.name + ", " + task;
-  const auto method = MakeEstimator(experiment.methods.front().config, experiment.task, request.context);
-  RefuseResults(request);
-  const RunLock lock(request.output);
-  MakeWritableFolder(request.output);
+/// Finds the keypoints and estimates the pairs. False when it was stopped before that.
+bool EstimateImages(const ImageCameras& cameras, const Request& request, Work* work) {
   cv::setNumThreads(1);  // one image a thread
-  FeatureStore store(photographs.source, request.features, "", KeypointsFolder(request));
-  const int threads = request.context.threads;
-  if (!PreparePhotographs(cameras, threads, stop_requested, &store, &photographs.source))
-    return EndInterrupted(request, "the keypoints of " + std::to_string(store.CountPrepared()) + " of " +
-                                       std::to_string(paths.size()) + " images are found, no pair is matched");
-  const double threshold_px = ThresholdOf(request, task);
-  const PairEstimation estimation{*method, experiment.task, threshold_px, request.seed, threads};
+  ImageSource& source = work->photographs.source;
+  work->store = std::make_unique<FeatureStore>(source, request.features, "", KeypointsFolder(request));
+  if (!PreparePhotographs(cameras, request.options.threads, stop_requested, work->store.get(), &source)) return false;
   std::vector<ImageSize> sizes;
-  for (std::size_t i = 0; i < paths.size(); ++i) sizes.push_back(store.SizeOf(static_cast<int>(i)));
-  PhotographCameras unknown = CamerasOfPhotographs(photographs.source.images, sizes, request.same_camera);
-  std::vector<EstimatedPair> pairs = EstimatePairs(photographs.source, store, unknown, estimation, stop_requested);
-  const bool settled = !FindsFocals(experiment.task) ||
-                       EstimateWithPooledFocals(photographs.source, estimation, stop_requested, &unknown, &pairs);
-  const auto done = CountDone(pairs), asked = std::ssize(pairs);
-  if (done == 0) return EndInterrupted(request, "no pair was matched");
-  const auto zoomed = std::count_if(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) {
-    return pair.done && IsZoomed(pair.example.problem);
-  });
-  if (task == "shared_focal" && zoomed > 0)
+  for (int i = 0; i < std::ssize(source.images); ++i) sizes.push_back(work->store->SizeOf(i));
+  work->cameras = CamerasOfPhotographs(source.images, sizes, request.same_camera);
+  work->pairs = EstimatePairs(source, *work->store, work->cameras, request.options, stop_requested);
+  return true;
+}
+
+void WarnOfZooms(const Work& work) {
+  const auto zoomed = std::count_if(work.pairs.begin(), work.pairs.end(),
+                                    [](const ImagePair& pair) { return pair.done && IsZoomed(pair.example.problem); });
+  if (zoomed > 0)
     LogWarning("EXIF data say of " + std::to_string(zoomed) +
                " pairs that their focal lengths differ, and shared_focal takes one for both images: --task two_focals "
                "takes both");
-  const int status = StatusOf(pairs);
-  if (FindsFocals(experiment.task)) SaySeveralCameras(unknown);
-  WritePhotographResults(photographs, store, unknown, std::move(pairs), experiment, threshold_px, request.output,
-                         std::cout);
+}
+
+/// What follows the first estimates, of either kind of pairs.
+int FinishPairs(const Request& request, Work* work) {
+  const auto done = std::count_if(work->pairs.begin(), work->pairs.end(), [](const auto& pair) { return pair.done; });
+  if (done == 0) return EndInterrupted(*work, request, "no pair was matched");
+  if (request.options.task == Task::kSharedFocal) WarnOfZooms(*work);
+  const bool finds = FindsFocals(request.options.task),
+             settled =
+                 !finds || EstimateWithPooledFocals(request.options, stop_requested, &work->cameras, &work->pairs);
+  if (finds) SaySeveralCameras(work->cameras);
+  WritePhotographResults({work->photographs, work->cameras, work->store.get(), request.options, request.output},
+                         work->pairs, std::cout);
+  const auto asked = std::ssize(work->pairs);
   if (done < asked || !settled)
-    return EndInterrupted(request, std::to_string(done) + " of " + std::to_string(asked) + " pairs are done");
-  store.RemoveCache();
-  return status;
+    return EndInterrupted(*work, request, std::to_string(done) + " of " + std::to_string(asked) + " pairs are done");
+  if (work->store) work->store->RemoveCache();
+  const bool any =
+      std::any_of(work->pairs.begin(), work->pairs.end(), [](const auto& pair) { return pair.estimate.ok(); });
+  return any ? kExitOk : kExitNoModel;
+}
+
+int RunPhotographs(Request request) {
+  Work work;
+  work.photographs = ListPhotographs(request.images, request.list);
+  request.options.task = TaskOf(request, work.photographs.source.images, request.calibration.IsGiven());
+  std::vector<std::string> paths;
+  for (const SourceImage& image : work.photographs.source.images) paths.push_back(image.path);
+  const ImageCameras cameras(request.calibration, paths);
+  RefuseResults(request);
+  const RunLock lock(request.output);
+  MakeWritableFolder(request.output);
+  if (!EstimateImages(cameras, request, &work))
+    return EndInterrupted(work, request,
+                          "the keypoints of " + std::to_string(work.store->CountPrepared()) + " of " +
+                              std::to_string(paths.size()) + " images are found, no pair is matched");
+  return FinishPairs(request, &work);
 }
 
 /// Pairs that came with their matches, as photographs.
 int RunGiven(Request request) {
-  const bool poses = request.task.empty() || request.task == "essential";
-  if (request.task == "absolute_pose")
+  if (request.Takes(Task::kAbsolutePose))
     throw Error(request.given.file + ": --task absolute_pose takes a text file of points x y X Y Z");
-  GivenPairs given = ReadManyMatches(request.given, request.calibration, poses);
-  const std::vector<Example>& read = given.set.pairs;
-  const bool calibrated = read.front().problem.cameras.has_value();
-  const std::string task = TaskOf(request, {}, calibrated);
-  if (FindsFocals(TaskFromString(task)) && !read.front().problem.size1.known()) throw Error(kNeedsSizes);
+  GivenPairs given =
+      ReadManyMatches(request.given, request.calibration, !request.task || request.Takes(Task::kEssential));
+  const Problem& first = given.set.pairs.front().problem;
+  request.options.task = TaskOf(request, {}, first.cameras.has_value());
+  if (FindsFocals(request.options.task) && !first.size1.known()) throw Error(kNeedsSizes);
   if (given.of_others > 0)
     LogWarning(request.given.file + ": " + std::to_string(given.of_others) +
                " pairs of cameras without a prior focal length are left out: --task two_focals takes all");
-  SuitScores(read.front().problem, &request);
-  ExperimentOptions experiment = ChosenRow(request, task);
-  experiment.name = fs::path(request.given.file).lexically_normal().stem().string();
-  if (experiment.name.empty() || experiment.name == ".") experiment.name = "matches";
-  experiment.title = experiment.name + ", " + task;
-  const auto method = MakeEstimator(experiment.methods.front().config, experiment.task, request.context);
   RefuseResults(request);
   const RunLock lock(request.output);
   MakeWritableFolder(request.output);
-  const ImageSource source = SourceOf(given, experiment.name);
-  const double threshold_px = ThresholdOf(request, task);
-  const PairEstimation estimation{*method, experiment.task, threshold_px, request.seed, request.context.threads};
-  PhotographCameras unknown = CamerasOfPhotographs(source.images, {}, request.same_camera);
-  const auto files = given.files;
-  std::vector<EstimatedPair> pairs = EstimateGivenPairs(source, std::move(given), unknown, estimation, stop_requested);
-  if (FindsFocals(experiment.task)) EstimateWithPooledFocals(source, estimation, stop_requested, &unknown, &pairs);
-  const auto done = CountDone(pairs), asked = std::ssize(pairs);
-  if (done == 0) return kExitInterrupted;
-  const int status = StatusOf(pairs);
-  WriteGivenResults(std::move(pairs), files, experiment.name, experiment, threshold_px, request.output, std::cout);
-  if (done < asked || stop_requested) {
-    LogWarning("interrupted: " + std::to_string(done) + " of " + std::to_string(asked) + " pairs are done");
-    return kExitInterrupted;
-  }
-  return status;
+  const std::string name = fs::path(request.given.file).lexically_normal().stem().string();
+  GivenPhotographs photographs = PhotographsOf(std::move(given), name.empty() || name == "." ? "matches" : name);
+  Work work{std::move(photographs.photographs), {}, nullptr, std::move(photographs.pairs)};
+  work.cameras = CamerasOfPhotographs(work.photographs.source.images, photographs.sizes, request.same_camera);
+  EstimateMatchedPairs(work.cameras, request.options, stop_requested, &work.pairs);
+  return FinishPairs(request, &work);
 }
 
 int Run(const CLI::App& app, Request request) {
   CheckUse(app, &request);
   InitLogging("", false);
-  if (request.only_rows) return ListRows(request);
-  if (IsOnePair(request)) return RunTwo(request);
+  if (IsOnePair(request)) return RunOne(request);
   StopOnSignals();
-  return request.given.file.empty() ? RunMany(request) : RunGiven(request);
+  return request.IsGiven() ? RunGiven(request) : RunPhotographs(request);
 }
 
 }  // namespace

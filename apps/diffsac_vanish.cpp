@@ -15,9 +15,6 @@
 #include "lab/config/program.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
-#include "lab/eval/colours.h"
-#include "lab/eval/evaluate.h"
-#include "lab/eval/format.h"
 #include "lab/files/files.h"
 #include "lab/images/image_source.h"
 #include "lab/images/pictures.h"
@@ -97,25 +94,17 @@ VanishingImage Find(const std::string& path, const Photograph& photograph, const
   return found;
 }
 
-void Draw(const cv::Mat& gray, const VanishingImage& found, const std::string& path) {
-  std::vector<std::string> labels, colours;
-  const std::vector<int> counts = SegmentCounts(found.estimate);
-  for (std::size_t k = 0; k < counts.size(); ++k) {
-    labels.push_back(Format("%zu: %d segments", k + 1, counts[k]));
-    if (!found.estimate.values.empty()) labels.back() += Format(", sure %.2f", found.estimate.values[k]);
-    colours.emplace_back(InstanceColour(k));
-  }
-  WritePicture(DrawVanishingPoints(gray, found.image.segments, found.estimate, labels, colours), path);
-  std::cout << "picture: " << path << std::endl;
-}
-
 VanishingImage Treat(const std::string& path, const Photograph& photograph, const Request& request) {
   const bool several = request.images.size() > 1;
   VanishingImage found = Find(path, photograph, request);
   std::cout << VanishingText(found) << std::flush;
   const std::string& name = found.image.name;
   if (!request.segments.empty()) WriteFileAtomically(FileOf(request.segments, name, several), SegmentsText(found));
-  if (!request.picture.empty()) Draw(photograph.gray, found, FileOf(request.picture, name, several));
+  if (!request.picture.empty()) {
+    const std::string picture = FileOf(request.picture, name, several);
+    WritePicture(DrawVanishingPoints(photograph.gray, found.image.segments, found.estimate), picture);
+    std::cout << "picture: " << picture << std::endl;
+  }
   return found;
 }
 

@@ -1,6 +1,6 @@
 // The estimator that ships, without LibTorch, as the number of matches grows: milliseconds of features, network and
-// consensus, and the memory that a process needs beyond its data. Rows of configs/pair/TASK.yaml in turn, round after
-// round; medians.
+// consensus, and the memory that a process needs beyond its data. What diffsac_pair runs with and without guidance, and
+// OpenCV, in turn, round after round; medians.
 //
 //   diffsac_guide_benchmark [--task fundamental] [--points 500,2000,8000,32000,100000] [--rounds 7] [--csv FILE]
 #include <CLI/CLI.hpp>
@@ -13,9 +13,9 @@
 
 #include "diffsac/problem/tasks.h"
 #include "lab/config/dataset_factory.h"
+#include "lab/config/make_estimator.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
-#include "lab/eval/evaluate.h"
 #include "measure.h"
 
 namespace diffsac {
@@ -47,13 +47,16 @@ std::vector<Problem> MakePairs(const Options& options, int points) {
 }
 
 std::vector<Row> MakeRows(const Options& options) {
-  EvalRequest request;
-  request.config_path = "configs/pair/" + options.task + ".yaml";
   EstimatorContext context;
   context.threads = 1;
   std::vector<Row> rows;
-  for (const EstimatorRow& row : ReadRequest(request).methods)
-    rows.push_back({row.name, row.type == "usac", MakeEstimator(row.config, TaskFromString(options.task), context)});
+  const std::string network = "models/" + options.task + "/model.safetensors}";
+  for (const auto& [name, keys] : std::vector<std::pair<std::string, std::string>>{
+           {"learned_prosac", "{type: diffsac, preset: recommended, checkpoint: " + network},
+           {"prosac_marginalised", "{type: prosac, preset: recommended, consensus: {stopping: budget}}"},
+           {"usac", "{type: usac, preset: accurate, max_iterations: 1000}"}})
+    rows.push_back({name, name == "usac",
+                    MakeEstimator(ConfigFromYaml(keys, "benchmark"), TaskFromString(options.task), context)});
   return rows;
 }
 

@@ -21,7 +21,6 @@
 #include "lab/config/make_estimator.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
-#include "lab/eval/evaluate.h"
 #include "measure.h"
 
 namespace diffsac {
@@ -66,6 +65,7 @@ std::vector<std::pair<std::string, std::string>> RowKeys(const Options& options)
       "refit_threshold_factor: 1.2, final_score: msac, final_refinement: lm}";
   const std::string diffsac = "{type: diffsac, checkpoint: '" + options.checkpoint + "', selection: gumbel, " +
                               "temperature: [0.2, 1], " + consensus;
+  const std::string recommended = "{type: diffsac, preset: recommended, checkpoint: '" + options.checkpoint + "'";
   const std::string copies =
       ", num_guided_samples: 0, num_diffusion_samples: " + std::to_string(options.num_diffusion_samples);
   const std::string twenty =
@@ -82,24 +82,10 @@ std::vector<std::pair<std::string, std::string>> RowKeys(const Options& options)
       {"20 sets, all points", twenty + ", max_encoded_points: 0}"},
       {"20 sets, 512 points encoded", twenty + ", max_encoded_points: 512}"},
       {"DiffSAC, 2 steps, 128 decoded", diffsac + copies + ", max_decoded_points: 128, sampler: {steps: 2}}"},
-      {"DiffSAC, 2 steps, all decoded", diffsac + copies + ", max_decoded_points: 0, sampler: {steps: 2}}"}};
-}
-
-// The rows of configs/pair/TASK.yaml, which diffsac_pair runs, and that one as it was before.
-void AddPairRows(const Options& options, const EstimatorContext& context,
-                 const std::function<bool(const std::string&)>& wanted, std::vector<Row>* rows) {
-  EvalRequest request;
-  request.config_path = "configs/pair/" + options.task + ".yaml";
-  for (const EstimatorRow& row : ReadRequest(request).methods) {
-    if (row.type == "usac" || !wanted(row.name)) continue;
-    rows->push_back({row.name, MakeEstimator(row.config, TaskFromString(options.task), context)});
-    if (row.name != "learned_prosac") continue;
-    const Config keys = ConfigFromYaml("{engine: libtorch, max_encoded_points: 0}");
-    Config before = row.config;
-    for (const std::string& key : keys.Keys()) before = before.With(key, keys.Sub(key));
-    rows->push_back(
-        {"learned_prosac; LibTorch, all points", MakeEstimator(before, TaskFromString(options.task), context)});
-  }
+      {"DiffSAC, 2 steps, all decoded", diffsac + copies + ", max_decoded_points: 0, sampler: {steps: 2}}"},
+      // What diffsac_pair runs, and as it was before.
+      {"learned_prosac", recommended + "}"},
+      {"learned_prosac; LibTorch, all points", recommended + ", engine: libtorch, max_encoded_points: 0}"}};
 }
 
 std::vector<Row> MakeRows(const Options& options, int threads) {
@@ -114,7 +100,6 @@ std::vector<Row> MakeRows(const Options& options, int threads) {
     if (!wanted(name)) continue;
     rows.push_back({name, MakeEstimator(ConfigFromYaml(keys, "benchmark"), TaskFromString(options.task), context)});
   }
-  AddPairRows(options, context, wanted, &rows);
   return rows;
 }
 

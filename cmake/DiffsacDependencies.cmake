@@ -15,16 +15,6 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(LIBEXIF REQUIRED IMPORTED_TARGET libexif)
 # Sizes of cameras' sensors, by name; without it EXIF data that only name the camera give no focal length.
 pkg_check_modules(LENSFUN IMPORTED_TARGET lensfun)
-# Clouds of points; without it diffsac_register takes matches alone. Its package is compiled for any processor, which Eigen's
-# alignment shows.
-find_package(Open3D QUIET)
-find_package(OpenMP QUIET COMPONENTS CXX)
-set(DIFFSAC_HAS_REGISTRATION FALSE)
-if(Open3D_FOUND AND OpenMP_CXX_FOUND AND NOT DIFFSAC_NATIVE)
-  set(DIFFSAC_HAS_REGISTRATION TRUE)
-else()
-  message(STATUS "diffsac_register takes no clouds, matches alone: it needs Open3D (libopen3d-dev), OpenMP and no DIFFSAC_NATIVE")
-endif()
 # Recordings of other people's estimators.
 find_package(ZLIB REQUIRED)
 # COLMAP's databases.

@@ -63,7 +63,8 @@ set(_share ${CMAKE_INSTALL_DATADIR}/diffsac)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${_share} COMPONENT programs)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/scripts/report DESTINATION ${_share} COMPONENT programs
   PATTERN "__pycache__" EXCLUDE)
-install(FILES ${PROJECT_SOURCE_DIR}/data_tools/convert.py DESTINATION ${_share} COMPONENT programs)
+file(GLOB _converters ${PROJECT_SOURCE_DIR}/data_tools/*.py)
+install(FILES ${_converters} DESTINATION ${_share} COMPONENT programs)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/models DESTINATION ${_share} COMPONENT lab FILES_MATCHING PATTERN "model.safetensors"
   PATTERN "xfeat/*")
 
@@ -112,7 +113,6 @@ file(CREATE_LINK ${PROJECT_SOURCE_DIR}/data_tools/convert.py ${PROJECT_BINARY_DI
 foreach(_entry "pair:programs:the model of two images, or of every pair of photographs"
     "vanish:programs:vanishing points, focal length and horizon of photographs"
     "prepare:programs:correspondence files from images, COLMAP, hloc and public data sets"
-    "register:lab:the rigid motion between two point clouds, or between every two scans of a folder"
     "train:lab:train networks of DiffSAC and other learned methods" "eval:lab:run the methods of a table and write its report")
   string(REGEX MATCH "(.*):(.*):(.*)" _ ${_entry})
   if(TARGET diffsac_${CMAKE_MATCH_1}_program)

@@ -7,7 +7,7 @@ if(BUILD_SHARED_LIBS)
 endif()
 set(DIFFSAC_LAB_ROOMS)
 if(DIFFSAC_LAB)
-  set(DIFFSAC_LAB_ROOMS options ground_truth files config colmap data baselines eval images torch train registration)
+  set(DIFFSAC_LAB_ROOMS options ground_truth files config colmap data baselines eval images torch train)
 endif()
 
 # diffsac_sources(OUT [EXCEPT ...]): every .cpp of the folder and of those in it but these. Looked up at each build, so that a new file

@@ -2,11 +2,15 @@
 """Data sets in formats of their own, as what diffsac_prepare and the loaders read (data_tools/README.md).
 
     convert.py nerf|llff|strecha|middlebury|projections|poses INPUT OUTPUT    a COLMAP text model with links to the images
-    convert.py adelaidermf|adelaidermf_matches|nyu_vp|yud_plus INPUT OUTPUT   scenes of matches or of segments in OUTPUT
+    convert.py adelaidermf|adelaidermf_matches|adelaidermf_planes|hloc INPUT OUTPUT    scenes of matches in OUTPUT
+    convert.py nyu_vp|yud_plus INPUT OUTPUT                                   scenes of line segments in OUTPUT
+    convert.py colmap_points INPUT OUTPUT                                     images against the points of a COLMAP text model
     convert.py registration INPUT OUTPUT                                      matches of clouds with their motion in OUTPUT
     convert.py matches INPUT.npy|INPUT.npz OUTPUT                             the text that diffsac_pair --from-matches reads
     convert.py matrix INPUT.npy OUTPUT                                        a calibration matrix as text
-    convert.py matches3d INPUT.npy|INPUT.npz|INPUT.h5 OUTPUT                  the same of diffsac_register
+    convert.py tutorial SCENE                                                 descriptors of a scene that has images
+    convert.py inspect FOLDER...                                              what stands in scenes of matches; a picture
+    convert.py sets --config configs/sets.yaml --data DIR                     all sets of a list, by diffsac_prepare
 
 An image whose pose or calibration makes no sense is left out and named. Bad input is one line and exit code 2.
 COLMAP's first pixel has its centre at (0.5, 0.5), that of all these formats but NeRF's at (0, 0).
@@ -24,49 +28,12 @@ import sys
 import h5py
 import numpy as np
 
-IMAGES = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".ppm", ".pgm", ".webp"}
-
-
-class BadInput(Exception):
-    """What is wrong, with the file that it is wrong in."""
-
-
-def need(truth, message):
-    if not truth:
-        raise BadInput(message)
-
-
-def read_text(path):
-    try:
-        return pathlib.Path(path).read_text()
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"{path}: {getattr(error, 'strerror', None) or 'no text'}") from None
-
-
-def numbers(path, count, what):
-    try:
-        values = [float(word) for word in read_text(path).replace(",", " ").split()]
-    except ValueError as error:
-        raise BadInput(f"{path}: {error}") from None
-    need(len(values) in np.atleast_1d(count), f"{path}: expected {what}, found {len(values)} numbers")
-    return np.array(values)
-
-
-def images_in(folder):
-    need(os.path.isdir(folder), f"{folder}: no such folder")
-    found = sorted(path for path in pathlib.Path(folder).iterdir() if path.suffix.lower() in IMAGES)
-    need(found, f"{folder}: no images in this folder")
-    return found
-
-
-def size_of(path):
-    from PIL import Image
-
-    try:
-        with Image.open(path) as image:
-            return image.size
-    except OSError as error:
-        raise BadInput(f"{path}: {error.strerror or 'no image'}") from None
+import from_images
+import image_sets
+import inspect_scenes
+from common import BadInput, images_in, need, numbers, read_text, size_of, write_h5, write_scene
+from hloc import hloc
+from planes import dominant_plane
 
 
 def rotation_near(matrix, place):
@@ -306,14 +273,6 @@ def poses(source, arguments):
     return [lambda path=path: read(path) for path in paths]
 
 
-def write_h5(path, fill):
-    """A file that is there whole or not at all."""
-    os.makedirs(os.path.dirname(path), exist_ok=True)
-    with h5py.File(str(path) + ".part", "w") as file:
-        fill(file)
-    os.replace(str(path) + ".part", path)
-
-
 def matlab(path):
     from scipy.io import loadmat
 
@@ -340,8 +299,7 @@ def adelaidermf_matches(source, arguments):
         name = path.stem.replace("-", "_")
         pairs[f"{name}A-{name}B"] = data[[0, 1, 3, 4]].T.copy(), label.ravel().astype("i4"), np.array(sizes, "i4").ravel()
     folder = os.path.join(arguments.output, arguments.scene or "adelaidermf_matches")
-    for name, part in (("labels.h5", 1), ("sizes.h5", 2), ("matches.h5", 0)):  # matches.h5 last: it says that the scene is whole.
-        write_h5(os.path.join(folder, name), lambda file: [file.create_dataset(key, data=pair[part]) for key, pair in pairs.items()])
+    write_scene(folder, {name: {key: pair[part] for key, pair in pairs.items()} for part, name in enumerate(("matches", "labels", "sizes"))})
     print(f"convert: {folder}: {len(pairs)} pairs")
 
 
@@ -373,19 +331,18 @@ def rows(path, width):
         raise BadInput(f"{path}: {error}") from None
 
 
-def adelaidermf(source, arguments):
+def read_adelaidermf(source):
     """NAMEA.png, NAMEB.png, NAME_model.txt (F) and NAME_pts.txt (x1 y1 1 x2 y2 1 label); sift_update/NAME_pts.txt
-    (a count, x1 y1 x2 y2) with NAME_score.txt (ratios): a scene of labelled matches and one of tentative ones."""
+    (a count, x1 y1 x2 y2) with NAME_score.txt (ratios): files of a scene of labelled matches, and of one of tentative ones."""
     need(os.path.isdir(source), f"{source}: no such folder")
     names = sorted(path.name[: -len("_model.txt")] for path in pathlib.Path(source).glob("*_model.txt"))
     need(names, f"{source}: no files NAME_model.txt")
-    files = {}  # (scene, file) -> pair -> values
+    labelled_scene, tentative_scene = {}, {}
 
     def put(pair, scene, **values):
         for file, value in values.items():
-            files.setdefault((scene, file), {})[pair] = value
+            scene.setdefault(file, {})[pair] = value
 
-    scene, tentative = (arguments.scene or "adelaidermf") + np.array(["", "_sift"], object)
     for name in names:
         prefix = os.path.join(source, name)
         labelled = rows(prefix + "_pts.txt", 7)
@@ -396,7 +353,7 @@ def adelaidermf(source, arguments):
         need(found, f"{prefix}_model.txt: it misses the labelled inliers")
         sizes = np.array([size_of(prefix + side)[::-1] for side in ("A.png", "B.png")], "i4").ravel()
         pair = "{0}A-{0}B".format(name.replace("-", "_"))
-        put(pair, scene, labels=labels, sizes=sizes, Fgt=found[0], matches=matches)
+        put(pair, labelled_scene, labels=labels, sizes=sizes, Fgt=found[0], matches=matches)
         if not os.path.isdir(os.path.join(source, "sift_update")):
             continue
         prefix = os.path.join(source, "sift_update", name)
@@ -404,10 +361,38 @@ def adelaidermf(source, arguments):
         points = np.array(rest.split(), float).reshape(-1, 4)
         ratios = numbers(prefix + "_score.txt", len(points), f"{len(points)} ratios")
         need(count.strip() == str(len(points)), f"{prefix}_pts.txt:1: expected the number of rows that follow")
-        put(pair, tentative, match_conf=ratios, sizes=sizes, Fgt=found[0], matches=points)
-    for (scene, file), pairs in files.items():  # matches.h5 last: it says that the scene is whole.
-        write_h5(os.path.join(arguments.output, scene, file + ".h5"), lambda h5: [h5.create_dataset(key, data=pairs[key]) for key in pairs])
-    print(f"convert: {os.path.join(arguments.output, arguments.scene or 'adelaidermf')}: {len(names)} pairs")
+        put(pair, tentative_scene, match_conf=ratios, sizes=sizes, Fgt=found[0], matches=points)
+    return labelled_scene, tentative_scene
+
+
+def adelaidermf(source, arguments):
+    """A scene of labelled matches, and one of tentative ones where there are some."""
+    labelled, tentative = read_adelaidermf(source)
+    scene = os.path.join(arguments.output, arguments.scene or "adelaidermf")
+    for name, files in ((scene, labelled), (scene + "_sift", tentative)):
+        if files:
+            write_scene(name, files)
+    print(f"convert: {scene}: {len(labelled['matches'])} pairs")
+
+
+def adelaidermf_planes(source, arguments):
+    """The tentative matches with the homography of their dominant labelled plane: two scenes, of the pairs at even and at odd places.
+    planes.py says which pairs are left out."""
+    labelled, tentative = read_adelaidermf(source)
+    need(tentative, f"{source}: there is no folder sift_update")
+    for first, ending in enumerate(("_even", "_odd")):
+        files = {name: {} for name in ("Hgt", "sizes", "match_conf", "matches")}
+        for pair in sorted(tentative["matches"])[first::2]:
+            matches, sizes = tentative["matches"][pair], tentative["sizes"][pair]
+            H, why = dominant_plane(labelled["matches"][pair], labelled["labels"][pair], matches, sizes)
+            if H is None:
+                print(f"convert: left out: {pair}, {why}", file=sys.stderr)
+                continue
+            for name in files:
+                files[name][pair] = H if name == "Hgt" else tentative[name][pair]
+        scene = os.path.join(arguments.output, (arguments.scene or "adelaidermf_planes") + ending)
+        write_scene(scene, files)
+        print(f"convert: {scene}: {len(files['matches'])} pairs")
 
 
 def table(path):
@@ -507,26 +492,6 @@ def matrix(source, arguments):
     np.savetxt(arguments.output, loaded, fmt="%.17g")
 
 
-def matches3d(source, arguments):
-    """N x 6 or 7 numbers as diffsac_register --from-matches reads them: one array of NumPy, or the one group of cloud_matches.h5."""
-    names = ["x1", "y1", "z1", "x2", "y2", "z2", "ratio"]
-    if not source.endswith((".h5", ".hdf5")):
-        return write_table(arguments.output, *one_array(source, numpy_file(source), names, (6, 7), "one array"))
-    try:
-        opened = h5py.File(source)
-    except OSError as error:
-        raise BadInput(f"{source}: no HDF5 file that can be read: {error}") from None
-    with opened as file:
-        places = [name for name in [".", *file] if isinstance(file[name], h5py.Group) and "points" in file[name]]
-        need(len(places) == 1, f"{source}: expected one group with points, found {len(places)}: {', '.join(places[:5]) or 'none'}")
-        group = file[places[0]]
-        values = group["points"][()]
-        if values.ndim == 2 and "ratios" in group:
-            need(group["ratios"].shape == values.shape[:1], f"{source}: ratios: expected one for each of {len(values)} points")
-            values = np.column_stack([values, group["ratios"]])
-    write_table(arguments.output, *one_array(source, values, names, (6, 7), "one array"))
-
-
 def numpy_file(source):
     try:
         return np.load(source, allow_pickle=False)
@@ -581,27 +546,69 @@ def registration(source, arguments):
 
 
 POSED = {f.__name__: f for f in (nerf, llff, strecha, middlebury, projections, poses)}
-SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_matches, nyu_vp, yud_plus, matches, matches3d, matrix, registration)}
+SCENES = {f.__name__: f for f in (adelaidermf, adelaidermf_planes, adelaidermf_matches, hloc, nyu_vp, yud_plus, matches, matrix, registration,
+                                  from_images.colmap_points)}
+
+
+def words_of(text):
+    return text.split(",")
+
+
+def add_converters(commands):
+    for name, reader in {**POSED, **SCENES}.items():
+        command = commands.add_parser(name, help=" ".join((reader.__doc__ or "").split()).replace("%", "%%"))
+        command.add_argument("input")
+        command.add_argument("output")
+        command.add_argument("--scene", default="", help="the scene's name")
+        command.add_argument("--focal", type=float, default=0, help="poses, hloc: focal length of all images, pixels")
+        command.add_argument("--center", type=lambda text: [float(word) for word in words_of(text)], default=[], help="CX,CY, pixels")
+        command.add_argument("--calibration", default="", help="hloc: a file with the 3x3 matrix K of all images")
+        command.add_argument("--features", default="", help="hloc: the file of features, where there are several beside the matches")
+        command.set_defaults(run=lambda arguments, name=name: convert(name, arguments))
+
+
+def convert(name, arguments):
+    need(not arguments.focal or len(arguments.center) == 2, "--focal needs --center CX,CY")
+    if name in SCENES:
+        return SCENES[name](arguments.input, arguments)
+    model = Model()
+    for read in POSED[name](arguments.input, arguments):
+        model.add(read)
+    model.write(arguments.output)
+
+
+def add_tools(commands):
+    made = commands.add_parser("sets", help="makes the matches of the image sets that a file lists, by diffsac_prepare")
+    made.add_argument("--config", required=True, help="a list of image sets (configs/sets.yaml)")
+    made.add_argument("--data", required=True, help="the folder of the image sets")
+    made.add_argument("--only", type=words_of, default=[], help="sets by name (* for any text), or by the folders that they make")
+    made.add_argument("--threads", default="0", help="of diffsac_prepare; 0: all cores")
+    made.add_argument("--program", default="", help="diffsac_prepare (default: that of PATH, or build/release/bin)")
+    made.set_defaults(run=image_sets.sets)
+    seen = commands.add_parser("inspect", help="counts, inliers and checks of scenes of matches; a picture of one pair")
+    seen.add_argument("folders", nargs="+", help="scenes, or folders of scenes")
+    seen.add_argument("--threshold-px", type=float, default=1, help="distance to the truth that counts as an inlier")
+    seen.add_argument("--picture", default="", help="draw the matches of one pair into this file instead")
+    seen.add_argument("--pair", default="", help="img1-img2 (default: the first)")
+    seen.add_argument("--images", default="", help="folder of the pair's images (default: white)")
+    seen.set_defaults(run=inspect_scenes.inspect)
+    described = commands.add_parser("tutorial", help="adds descriptors to a scene of the tutorial, from its images")
+    described.add_argument("scene", help="its folder, ROOT/split/scene")
+    described.add_argument("--images", default="", help="folder of its images (default: images in the scene's)")
+    described.add_argument("--features", choices=["sift", "rootsift"], default="rootsift")
+    described.add_argument("--max-image-size", type=int, default=0, help="larger images are reduced to this side; 0: never")
+    described.add_argument("--overwrite", action="store_true", help="make descriptors again that are there already")
+    described.set_defaults(run=from_images.tutorial)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("format", choices=[*POSED, *SCENES])
-    parser.add_argument("input")
-    parser.add_argument("output")
-    parser.add_argument("--scene", default="", help="adelaidermf, adelaidermf_matches: the scene's name")
-    parser.add_argument("--focal", type=float, default=0, help="poses: focal length of all images, pixels")
-    parser.add_argument("--center", type=lambda text: [float(word) for word in text.split(",")], default=[], help="poses: CX,CY, pixels")
+    commands = parser.add_subparsers(dest="format", required=True)
+    add_converters(commands)
+    add_tools(commands)
     arguments = parser.parse_args()
     try:
-        need(not arguments.focal or len(arguments.center) == 2, "--focal needs --center CX,CY")
-        if arguments.format in SCENES:
-            SCENES[arguments.format](arguments.input, arguments)
-            return
-        model = Model()
-        for read in POSED[arguments.format](arguments.input, arguments):
-            model.add(read)
-        model.write(arguments.output)
+        arguments.run(arguments)
     except (BadInput, OSError) as error:
         print(f"convert: {error}", file=sys.stderr)
         sys.exit(2)

@@ -1,8 +1,6 @@
-// Makes correspondence files from images, and says what stands in them.
+// Makes correspondence files from images.
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
-#include <cstdio>
 #include <iostream>
 #include <opencv2/core/utility.hpp>
 
@@ -11,21 +9,13 @@
 #include "lab/config/program.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
-#include "lab/data/pair_scenes.h"
-#include "lab/files/correspondence_files.h"
-#include "lab/files/files.h"
-#include "lab/images/image_sets.h"
-#include "lab/images/inspect.h"
 #include "lab/images/modelnet_pairs.h"
-#include "lab/images/pictures.h"
-#include "lab/images/prepare_segments.h"
 #include "lab/images/run_pairs.h"
-#include "lab/images/tutorial_descriptors.h"
 #include "lab/images/warp_images.h"
 
 namespace {
 
-using diffsac::kExitBadInput, diffsac::kExitInterrupted, diffsac::kExitOk;
+using diffsac::kExitInterrupted, diffsac::kExitOk;
 
 constexpr const char* kDocumentation =
     "\nDocumentation: data_tools/README.md has every format and file, docs/two_view.md what is estimated of them.\n";
@@ -38,16 +28,7 @@ std::string Footer(const std::string& examples) {
 constexpr const char* kPairsExamples =
     "  diffsac_prepare pairs --format images --input photographs --output runs/pairs\n"
     "  diffsac_prepare pairs --format colmap --input model --output runs/pairs --max-pairs 100\n"
-    "  diffsac_prepare pairs --format kitti --input kitti --sequence 00 --steps 1,5 --output runs/pairs\n"
-    "  diffsac_prepare inspect runs/pairs\n";
-
-constexpr const char* kSegmentsExamples =
-    "  diffsac_prepare segments --input photographs --output runs/segments\n"
-    "  diffsac_prepare segments --input house.jpg --focal 1200 --center 640,480 --output runs/segments\n";
-
-constexpr const char* kSetsExamples = "  diffsac_prepare sets --config configs/sets.yaml --data data --only 'kitti*'\n";
-
-constexpr const char* kTutorialExamples = "  diffsac_prepare tutorial --input data/tutorial/val/reichstag\n";
+    "  diffsac_prepare pairs --format kitti --input kitti --sequence 00 --steps 1,5 --output runs/pairs\n";
 
 constexpr const char* kModelnetExamples =
     "  diffsac_prepare modelnet --input ModelNet40 --output runs/pairs --subset train --pairs 1000\n";
@@ -56,23 +37,13 @@ constexpr const char* kWarpExamples =
     "  diffsac_prepare warp --input photographs --output runs/warped\n"
     "  diffsac_prepare pairs --format homographies --input runs/warped --output runs/pairs\n";
 
-constexpr const char* kInspectExamples =
-    "  diffsac_prepare inspect runs/pairs\n"
-    "  diffsac_prepare inspect runs/pairs/photographs --picture matches.png --images photographs\n";
-
 using diffsac::stop_requested;
-
-struct InspectRequest {
-  std::vector<std::string> folders;
-  double threshold_px = 1.0;
-  std::string picture, pair, images;
-};
 
 void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--format", request->format, "What the images and their truth come as")
       ->required()
       ->check(CLI::IsMember(diffsac::Registry<diffsac::ImageFormat>::Instance().Names()));
-  app->add_option("--input", request->input, "Folder of the images and their truth; colmap_database, hloc: a file")
+  app->add_option("--input", request->input, "Folder of the images and their truth; colmap_database: a file")
       ->required();
   app->add_option("--output", request->output, "Folder that gets a folder a scene")->required();
   app->add_option("--scene", request->scene, "Name of the scene (default: the folder's)");
@@ -89,10 +60,10 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--random-pairs", choice.random_pairs, "So many pairs drawn at random, always the same; 0: all");
   app->add_option("--min-motion", request->min_motion, "Leave out pairs of cameras less far apart, in the poses' unit");
   diffsac::GivenCalibration& calibration = request->calibration;
-  app->add_option("--calibration", calibration.file, "images, hloc: a file with the 3x3 matrix K of all images");
-  app->add_option("--focal", calibration.focal, "images, hloc: focal length of all images, in pixels")
+  app->add_option("--calibration", calibration.file, "images: a file with the 3x3 matrix K of all images");
+  app->add_option("--focal", calibration.focal, "images: focal length of all images, in pixels")
       ->check(diffsac::NumberAbove(0));
-  app->add_option("--center", calibration.center, "images, hloc: principal point, as 320,240")->delimiter(',');
+  app->add_option("--center", calibration.center, "images: principal point, as 320,240")->delimiter(',');
   diffsac::PrepareOptions& options = request->options;
   app->add_option_function<std::string>(
          "--features",
@@ -102,7 +73,7 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
          "sift, rootsift, orb or, where LibTorch is installed, xfeat (default: rootsift)")
       ->check(CLI::IsMember({"sift", "rootsift", "orb", "xfeat"}));
   app->add_option("--import-descriptors", options.import_descriptors,
-                  "Keypoints and descriptors from this HDF5 file, as hloc writes it; hloc: of these keypoints");
+                  "Keypoints and descriptors from this HDF5 file, as hloc writes it");
   app->add_flag("--ratios", request->ratios, "colmap_database: ratios of the matches, from the stored descriptors");
   app->add_option("--max-keypoints", options.features.max_keypoints, "The strongest of an image; 0: all");
   app->add_option("--max-image-size", options.features.max_image_size, "Reduce larger images to this side; 0: never");
@@ -120,43 +91,6 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
                   "Leave out pairs whose pose turns by more degrees when it is refined on the matches; 0: none");
   app->add_option("--true-match-px", options.true_match_px, "What counts as near the truth, in pixels");
   app->add_option("--threads", options.threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
-}
-
-void AddSegments(CLI::App* app, diffsac::SegmentsRequest* request) {
-  app->add_option("--input", request->input, "Folder of the images, or one image")->required();
-  app->add_option("--output", request->output, "Folder that gets a folder a scene")->required();
-  app->add_option("--scene", request->scene, "Name of the scene (default: the folder's)");
-  app->add_option("--calibration", request->calibration.file, "A file with the 3x3 matrix K of all images");
-  app->add_option("--focal", request->calibration.focal, "Focal length of all images, in pixels (EXIF's)")
-      ->check(diffsac::NumberAbove(0));
-  app->add_option("--center", request->calibration.center, "Principal point, as 320,240")->delimiter(',');
-  app->add_option("--max-image-size", request->max_image_size, "Reduce larger ones to this side; 0: never")
-      ->check(diffsac::NumberFrom(0));
-  app->add_flag("--overwrite", request->overwrite, "Make scenes again that are there already");
-  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
-}
-
-void AddSets(CLI::App* app, diffsac::SetsRequest* request) {
-  app->add_option("--config", request->config, "A list of image sets (configs/sets.yaml)")->required();
-  app->add_option("--data", request->data, "Folder of the image sets")->required()->check(CLI::ExistingDirectory);
-  app->add_option("--only", request->only, "Sets by name, * for any text, or by the folders they make (default: all)")
-      ->delimiter(',');
-  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
-}
-
-void AddTutorial(CLI::App* app, diffsac::TutorialRequest* request) {
-  app->add_option("--input", request->input, "A scene's folder, ROOT/split/scene")->required();
-  app->add_option("--images", request->images, "Folder of its images (default: images in the scene's)");
-  app->add_option_function<std::string>(
-         "--features",
-         [request](const std::string& name) {
-           request->features.kind = diffsac::FromString<diffsac::FeatureKind>(name);
-         },
-         "sift or rootsift (default: rootsift)")
-      ->check(CLI::IsMember({"sift", "rootsift"}));
-  app->add_option("--max-image-size", request->features.max_image_size, "Reduce larger images to this side; 0: never");
-  app->add_flag("--overwrite", request->overwrite, "Make descriptors again that are there already");
-  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
 }
 
 void AddModelnet(CLI::App* app, diffsac::ModelnetRequest* request) {
@@ -185,49 +119,6 @@ void AddWarp(CLI::App* app, diffsac::WarpRequest* request) {
   app->add_flag("--photograph", request->photograph, "As a small camera sees them: blur, sensor noise, tones, JPEG");
 }
 
-void AddInspect(CLI::App* app, InspectRequest* request) {
-  app->add_option("folders", request->folders, "Scenes, or folders of scenes")->required();
-  app->add_option("--threshold-px", request->threshold_px, "Distance to the truth that counts as an inlier")
-      ->check(diffsac::NumberAbove(0));
-  app->add_option("--picture", request->picture, "Draw the matches of one pair into this PNG file instead");
-  app->add_option("--pair", request->pair, "The pair to draw, img1-img2 (default: the first)");
-  app->add_option("--images", request->images, "Folder of the pair's images (default: white canvases)");
-}
-
-int DrawPicture(const InspectRequest& request) {
-  if (request.folders.size() != 1) throw diffsac::Error("--picture needs one scene");
-  diffsac::RefuseInputsAsOutputs({request.picture}, {request.folders[0], request.images, request.images + "/images"});
-  diffsac::CheckPictureName(request.picture);
-  const diffsac::CorrespondenceScene scene(request.folders[0]);
-  const auto& pairs = scene.pairs();
-  const auto found = request.pair.empty() ? pairs.begin() : std::find(pairs.begin(), pairs.end(), request.pair);
-  if (found == pairs.end())
-    throw diffsac::Error(request.folders[0] + ": there is no pair " + request.pair +
-                         (pairs.empty() ? "" : "; the first is " + pairs[0]));
-  const auto counts =
-      diffsac::DrawMatches(scene.Read(found - pairs.begin()), request.threshold_px, request.images, request.picture);
-  std::cout << request.picture << ": " << *found << ", " << counts.matches << " matches";
-  if (counts.inliers >= 0) std::cout << ", " << counts.inliers << " inliers";
-  std::cout << std::endl;
-  return kExitOk;
-}
-
-int Inspect(const InspectRequest& request) {
-  if (!request.picture.empty()) return DrawPicture(request);
-  if (!request.pair.empty() || !request.images.empty()) throw diffsac::Error("--pair and --images are for --picture");
-  std::vector<diffsac::SceneSummary> summaries;
-  bool good = true;
-  for (const std::string& root : request.folders) {
-    for (const diffsac::SceneFolder& scene : diffsac::FindScenes(root)) {
-      summaries.push_back(diffsac::InspectScene(scene.folder, request.threshold_px, stop_requested));
-      good = good && summaries.back().problems.empty();
-      if (stop_requested) return kExitInterrupted;
-    }
-  }
-  std::cout << diffsac::SummaryText(summaries, request.threshold_px) << std::flush;
-  return good ? kExitOk : kExitBadInput;
-}
-
 /// The last line of a run that made files.
 int Ended(bool finished, const std::string& where) {
   if (!finished) return kExitInterrupted;
@@ -235,26 +126,11 @@ int Ended(bool finished, const std::string& where) {
   return kExitOk;
 }
 
-int Tutorial(const diffsac::TutorialRequest& request) {
-  const diffsac::TutorialResult result = diffsac::AddTutorialDescriptors(request, stop_requested);
-  if (!result.finished || result.already_there) return Ended(result.finished, request.input);
-  char share[16];
-  std::snprintf(share, sizeof(share), "%.1f", result.places > 0 ? 100.0 * result.found / result.places : 0.0);
-  std::cout << request.input << ": " << result.pairs << " pairs, " << result.images << " images, " << result.places
-            << " matched places; " << share << " % have a keypoint within a pixel, the others are described themselves"
-            << std::endl;
-  return Ended(true, request.input);
-}
-
 /// What the command line asks for: one of the subcommands.
 struct Requests {
   diffsac::PairsRequest pairs;
-  diffsac::SegmentsRequest segments;
-  diffsac::SetsRequest sets;
-  diffsac::TutorialRequest tutorial;
   diffsac::ModelnetRequest modelnet;
   diffsac::WarpRequest warp;
-  InspectRequest inspect;
 };
 
 /// With the footer of its --help.
@@ -274,35 +150,18 @@ void HideEmptyDefaults(CLI::App* app) {
 void AddCommands(CLI::App* app, Requests* requests) {
   AddPairs(AddCommand(app, "pairs", "Images, calibration and truth to correspondence files", kPairsExamples),
            &requests->pairs);
-  AddSegments(AddCommand(app, "segments", "Line segments of images, for vanishing points", kSegmentsExamples),
-              &requests->segments);
-  AddSets(AddCommand(app, "sets", "The matches of the image sets that a file lists", kSetsExamples), &requests->sets);
-  AddTutorial(
-      AddCommand(app, "tutorial", "Adds descriptors to a scene of the tutorial, from its images", kTutorialExamples),
-      &requests->tutorial);
   AddModelnet(AddCommand(app, "modelnet", "Virtual views of meshes to correspondence files", kModelnetExamples),
               &requests->modelnet);
   AddWarp(AddCommand(app, "warp", "Images as planes seen from other places, for pairs --format homographies",
                      kWarpExamples),
           &requests->warp);
-  AddInspect(
-      AddCommand(app, "inspect", "Counts, inliers and checks of correspondence files; a picture", kInspectExamples),
-      &requests->inspect);
 }
 
 int Run(const std::string& command, const Requests& requests) {
-  if (command == "sets")
-    return Ended(diffsac::PrepareSets(requests.sets, stop_requested),
-                 "the folders that " + requests.sets.config + " names");
-  if (command == "segments")
-    return Ended(diffsac::PrepareSegments(requests.segments, stop_requested), requests.segments.output);
-  if (command == "inspect") return Inspect(requests.inspect);
-  if (command == "tutorial") return Tutorial(requests.tutorial);
   if (command == "warp") return Ended(diffsac::WarpImages(requests.warp, stop_requested), requests.warp.output);
   if (command == "modelnet")
     return Ended(diffsac::WriteModelnetPairs(requests.modelnet, stop_requested).finished, requests.modelnet.output);
-  return Ended(diffsac::RunPairs(requests.pairs, stop_requested).finished,
-               requests.pairs.output + "; diffsac_prepare inspect " + requests.pairs.output + " looks at them");
+  return Ended(diffsac::RunPairs(requests.pairs, stop_requested).finished, requests.pairs.output);
 }
 
 }  // namespace

@@ -80,14 +80,16 @@ estimate() {
   echo "reproduce: $# tables; $((total / jobs / 3600)) h $((total / jobs % 3600 / 60)) min by the times on their pages, $jobs at a time"
   [[ ${#unknown[@]} -eq 0 ]] || echo "reproduce: no time is known of: ${unknown[*]}"
 }
-# report SCRIPT OPTIONS...: of scripts/report, by a python3 that has its modules.
-report() {
+# script FILE OPTIONS...: by a python3 that has the modules of scripts/report.
+script() {
   local python
   for python in python3 /usr/bin/python3; do
-    if "$python" scripts/report/check_modules.py 2>/dev/null; then "$python" "scripts/report/$1" "${@:2}"; return; fi
+    if "$python" scripts/report/check_modules.py 2>/dev/null; then "$python" "$@"; return; fi
   done
   fail "no python3 has the modules of scripts/report (scripts/setup.sh installs them)"
 }
+report() { script "scripts/report/$1" "${@:2}"; }
+tool() { script "data_tools/$1" "${@:2}"; }
 # evaluate TABLE OPTIONS...
 evaluate() {
   local seeds=()
@@ -141,7 +143,8 @@ make_side_by_side() {
 if [[ ${#wanted[@]} -gt 1 && -z "$quick" ]]; then estimate "${wanted[@]}"; fi
 for table in "${wanted[@]}"; do mapfile -t -O "${#only[@]}" only < <(evaluate "$table" --needs); done
 if [[ "$mode" == data || ( -n "$data" && ${#only[@]} -gt 0 ) ]]; then
-  build/release/bin/diffsac_prepare sets --config configs/sets.yaml --data "$data" ${only:+--only "${only[@]}"} ||
+  tool convert.py sets --config configs/sets.yaml --data "$data" --program build/release/bin/diffsac_prepare \
+    ${only:+--only "$(IFS=,; echo "${only[*]}")"} ||
     { code=$?; if [[ -n "$mode" || $code != 2 ]]; then exit $code; fi; }   # A table may do without.
 fi
 failed=0

@@ -3,7 +3,7 @@
 # each a repository at one commit with the files that are needed alone. Those that are there stay. Nothing of them is part of this project.
 set -euo pipefail
 if [[ $# -lt 1 || "$1" == -* ]]; then
-  echo "usage: scripts/scenes.sh DIR [NAME...]    then: diffsac_prepare sets --config configs/sets.yaml --data DIR --only 'runs/pairs/scenes'" >&2
+  echo "usage: scripts/scenes.sh DIR [NAME...]    then: python3 data_tools/convert.py sets --config configs/sets.yaml --data DIR --only 'runs/pairs/scenes'" >&2
   exit 1
 fi
 mkdir -p "$1/scenes"

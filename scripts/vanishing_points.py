@@ -11,7 +11,7 @@ A line for each least value at which a list may end:
              share of the images that have one. True is that of the labelled direction within 30 degrees of the vertical.
   focal      --without-K: relative error, median in per cent; share of the images in which it is determined; share of these
              within one of its standard deviations
-FILE is of `diffsac_prepare segments`. Needs h5py, scipy and the module diffsac (docs/python.md).
+FILE is of `diffsac_vanish --estimates`. Needs h5py, scipy and the module diffsac (docs/python.md).
 """
 
 import argparse

@@ -154,6 +154,12 @@ nb::dict FieldsOf(const PoseEstimate<Model>& estimate) {
   return fields;
 }
 
+nb::dict FieldsOf(const TwoViewEstimate& estimate) {
+  nb::dict fields = FieldsOf(static_cast<const PoseEstimate<Eigen::Matrix3d>&>(estimate));
+  fields["focal"] = estimate.focal ? FocalOf(*estimate.focal) : nb::none();
+  return fields;
+}
+
 /// K × rows × columns, or K × rows for vectors.
 template <class Model>
 PyMultiModelEstimate Several(const MultiModelEstimate<Model>& estimate) {
@@ -186,7 +192,6 @@ PyTwoViewEstimate ToPython(const TwoViewEstimate& estimate) {
 
 PyUnknownFocalEstimate ToPython(const UnknownFocalEstimate& estimate) {
   nb::dict fields = FieldsOf(estimate);
-  fields["focal"] = estimate.focal ? FocalOf(*estimate.focal) : nb::none();
   fields["K1"] = Array(estimate.cameras.K1);
   fields["K2"] = Array(estimate.cameras.K2);
   return nb::borrow<PyUnknownFocalEstimate>(Make("UnknownFocalEstimate", fields));

@@ -38,6 +38,10 @@ TwoViewEstimate EstimateFundamental(const Matches& matches, const ImageOptions& 
 TwoViewEstimate EstimateEssential(const Matches& matches, const CameraPair& cameras, const ImageOptions& options = {});
 /// Homography.
 TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& options = {});
+/// The same with the relative pose of calibrated cameras that see a plane or only turned. cameras: as
+/// EstimateEssential's.
+TwoViewEstimate EstimateCalibratedHomography(const Matches& matches, const CameraPair& cameras,
+                                             const ImageOptions& options = {});
 
 /// Fundamental matrix, focal length and pose of two images of one camera. Here and in the next two functions the focal
 /// length is unknown and no network is used.

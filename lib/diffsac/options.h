@@ -33,10 +33,12 @@ struct ImageOptions {
   /// What guides the samples of E, F and H. Matches with scores and absolute poses use no network.
   Guidance guidance = Guidance::kNetwork;
   std::string models_folder = {};  ///< A folder of networks to use instead of the library's.
-  /// F: what is known of the cameras if the images' sizes are given. Cameras that the matches contradict (a crop, say)
-  /// are not used.
+  /// F: what is known of the cameras if the images' sizes are given and equal. A camera that the matches
+  /// contradict (a crop, two zooms) is not used.
   Cameras cameras = Cameras::kPhotographs;
-  std::uint64_t seed = 0;  ///< Seed of the random samples.
+  std::optional<FocalPrior> prior = {};   ///< F of photographs: as FocalOptions'.
+  std::optional<FocalPrior> prior2 = {};  ///< F of photographs: of the second image. Default: `prior`.
+  std::uint64_t seed = 0;                 ///< Seed of the random samples.
 };
 
 /// Options for lines and planes.

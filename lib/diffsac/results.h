@@ -96,18 +96,22 @@ struct PoseEstimate : ModelEstimate<Model> {
   /// unit. E: rank 5, in units of |t|. Similarities: 7 × 7 in the order (ω, t, log s). Absent if the inliers do not
   /// determine the pose, and for unknown focal lengths (docs/estimates.md).
   std::optional<Eigen::MatrixXd> pose_covariance = {};
-  /// The second pose of a planar scene, or the second motion of a symmetric object, if it explains the points nearly as
-  /// well: it is less than 20 times less likely.
+  /// The second pose of a planar scene, the second motion of a symmetric object, or of two unknown focal lengths the
+  /// motion ahead that another zoom makes, if it explains the points nearly as well: it is less than 20 times less
+  /// likely.
   std::optional<RigidMotion> ambiguous_pose = {};
 };
 
 /// model: x2ᵀ F x1 = 0 in pixels, x2ᵀ E x1 = 0 in coordinates K⁻¹ x, or x2 ~ H x1 in pixels. pose: of E.
-struct TwoViewEstimate : PoseEstimate<Eigen::Matrix3d> {};
+struct TwoViewEstimate : PoseEstimate<Eigen::Matrix3d> {
+  /// Unknown focal lengths with intervals. If not `observable`, it is the prior's. F: of images of one size, where the
+  /// matches allow one camera.
+  std::optional<FocalEstimate> focal = {};
+};
 
 /// model: x2ᵀ F x1 = 0 in pixels.
 struct UnknownFocalEstimate : TwoViewEstimate {
-  std::optional<FocalEstimate> focal = {};  ///< Focal lengths with intervals. If not `observable`, it is the prior's.
-  CameraPair cameras = {};                  ///< Calibration matrices with these focal lengths.
+  CameraPair cameras = {};  ///< Calibration matrices with the focal lengths of `focal`.
 };
 
 /// model: [R | t], world to camera: u ~ K (R X + t).

@@ -4,7 +4,7 @@
   learned_matches.py --matcher aliked --images DIR --output OUT [--pairs-file FILE[#NAME]] [--max-pairs N] [--model COLMAP --scene SCENE]
                      [--turn DEGREES]
 
-OUT/features.h5 and OUT/matches.h5 are as hloc writes them, with `matching_scores0`: `diffsac_prepare pairs --format hloc --input OUT`
+OUT/features.h5 and OUT/matches.h5 are as hloc writes them, with `matching_scores0`: `convert.py hloc OUT ...`
 and `diffsac_pair` read them. With --model, a COLMAP model of the images (cameras, images; text or binary), SCENE is a folder of
 correspondence files with its truth as well, for tables. Without --pairs-file all images of DIR are matched with all, at most N pairs,
 evenly chosen. **All mutual matches are kept, whatever their score** (LightGlue's filter_threshold is 0): estimators that take scores

@@ -66,10 +66,14 @@ def sides(pair):
 # Each takes a task, a pair whose matches are in the order of their ratio, and a seed; it gives the call that is timed, and a function
 # that makes a matrix, or None, of what the call gives.
 
+def poselib_options(seed, pixels=EPSILON_PX):
+    return {"max_epipolar_error": pixels, "max_iterations": ITERATIONS, "min_iterations": FEWEST_ITERATIONS,
+            "success_prob": CONFIDENCE, "progressive_sampling": True, "seed": seed}
+
+
 def poselib(task, pair, seed, pixels=EPSILON_PX):
     import poselib as library
-    options = {"max_epipolar_error": pixels, "max_iterations": ITERATIONS, "min_iterations": FEWEST_ITERATIONS,
-               "success_prob": CONFIDENCE, "progressive_sampling": True, "seed": seed}
+    options = poselib_options(seed, pixels)
     first, second = sides(pair)
     if task == "fundamental":
         def matrix(found):
@@ -185,6 +189,23 @@ def poselib_iterative(task, pair, seed):
     return poselib_focals(task, pair, seed, iterative=True)
 
 
+def poselib_shared_focal(task, pair, seed):
+    """One unknown focal length of both images, about their middles."""
+    import poselib as library
+    first, second = (np.ascontiguousarray(side - middle) for side, middle in zip(sides(pair), middles(pair)))
+    options = poselib_options(seed)
+    def model(found):
+        estimated, report = found
+        if report["num_inliers"] < 6:
+            return None
+        focals, essential = [estimated.camera1.params[0]] * 2, matrix_of(estimated.pose)
+        if task in TWO_FOCALS:
+            return two_focals(essential, focals)
+        k1, k2 = (np.linalg.inv(calibration(focal, middle)) for focal, middle in zip(focals, middles(pair)))
+        return k2.T @ essential @ k1
+    return lambda: library.estimate_shared_focal_relative_pose(first, second, np.zeros(2), options, {}), model
+
+
 def colmap_focals(task, pair, seed):
     """Its two-view geometry of cameras without a focal length, and the motion that it makes of it with its guess of them."""
     import pycolmap as library
@@ -225,6 +246,8 @@ PEERS = {
                              "focals_from_fundamental"),
     "poselib_iterative": Peer(poselib_iterative, "poselib", TWO_FOCALS, f"F, {BEST_FIRST}, max_epipolar_error {EPSILON_PX:g} px; then "
                               "focals_from_fundamental_iterative with a prior of 1.2 longer sides and its own weights"),
+    "poselib_shared_focal": Peer(poselib_shared_focal, "poselib", ("fundamental", *TWO_FOCALS), "estimate_shared_focal_relative_pose about the "
+                                 f"images' middles, {BEST_FIRST}, max_epipolar_error {EPSILON_PX:g} px, random by its seed; F of what it finds"),
     "colmap_guess": Peer(colmap_focals, "pycolmap", TWO_FOCALS, "estimate_two_view_geometry (F or H) with its own options (4 px, at most 10000 iterations); the motion by "
                          "its guess of 1.2 longer sides"),
 }

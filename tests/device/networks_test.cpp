@@ -33,7 +33,7 @@ DenoiserOptions Options(const std::string& kind, int encoder_layers, bool extras
 }
 
 std::shared_ptr<Denoiser> Network(const DenoiserOptions& options) {
-  auto network = MakeDenoiser(options, {kColumns, kFirstResidual}, Rng(1));
+  auto network = std::make_shared<Denoiser>(options, FeatureColumns(kColumns, kFirstResidual), Rng(1));
   FillWithWave(*network);
   return network;
 }

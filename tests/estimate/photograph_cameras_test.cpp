@@ -72,6 +72,21 @@ TEST_CASE("cameras make those of cropped photographs no worse") {
   CHECK(MeanError(Cameras::kPhotographs, kCrop) < 1.05 * MeanError(Cameras::kUnknown, kCrop));
 }
 
+TEST_CASE("intervals of focal lengths hold the truth") {
+  int found = 0, held = 0;
+  for (std::uint64_t seed = 0; seed < 4 * kSeeds; ++seed) {
+    const Photographs made = MakePhotographs(seed);
+    const auto focal = EstimateFundamental(made.matches, Options(Cameras::kPhotographs)).focal;
+    if (!focal) continue;
+    ++found;
+    held += focal->low_px[0] <= made.K(0, 0) && made.K(0, 0) <= focal->high_px[0];
+    CHECK(focal->focal_px[0] == focal->focal_px[1]);
+  }
+  CAPTURE(found, held);
+  CHECK(found >= 3 * kSeeds);
+  CHECK(held >= 0.6 * found);
+}
+
 TEST_CASE("without sizes nothing is known of photographs") {
   Photographs made = MakePhotographs(1);
   made.matches.size1 = {};
@@ -79,7 +94,15 @@ TEST_CASE("without sizes nothing is known of photographs") {
   const TwoViewEstimate unknown = EstimateFundamental(made.matches, Options(Cameras::kUnknown));
   CHECK(photographs.model == unknown.model);
   CHECK(photographs.inliers == unknown.inliers);
+  CHECK_FALSE(photographs.focal);
   CHECK(photographs.stats.hypotheses == unknown.stats.hypotheses);
+}
+
+TEST_CASE("images of different sizes have no common camera") {
+  Photographs made = MakePhotographs(1);
+  made.matches.size2 = {1100, 825};
+  CHECK(EstimateFundamental(made.matches, Options(Cameras::kPhotographs)).model ==
+        EstimateFundamental(made.matches, Options(Cameras::kUnknown)).model);
 }
 
 TEST_CASE("photographs in another unit give the same matrix") {

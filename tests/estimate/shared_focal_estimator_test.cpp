@@ -7,24 +7,34 @@
 #include "diffsac/estimate/presets.h"
 #include "diffsac/problem/tasks.h"
 #include "estimate/owned_matches.h"
-#include "lab/config/dataset_factory.h"
-#include "lab/config/yaml.h"
+#include "lab/data/synthetic_two_view.h"
 #include "lab/ground_truth/task_truth.h"
 
 namespace diffsac {
 namespace {
 
-Example Generated(const std::string& task, const std::string& kinds, int index, const char* outliers = "0.4") {
-  const std::string yaml = "{type: synthetic_two_view, task: " + task + ", outlier_ratio: " + outliers +
-                           ", num_points: 300, match_ratio: true, noise_px: 0.5, "
-                           "principal_offset: 0, baseline: [0.2, 0.6], " +
-                           kinds + "}";
-  return MakeDataset(ConfigFromYaml(yaml), 7)->Get(static_cast<std::uint64_t>(index));
-}
+enum class Kind { kGeneral, kForward, kPlanar };
+constexpr Kind kGeneral = Kind::kGeneral, kForward = Kind::kForward, kPlanar = Kind::kPlanar;
 
-const char* kGeneral = "general: 1, planar: 0, mixed: 0, forward: 0, rotation_deg: [10, 25], converging: 0";
-const char* kForward = "general: 0, planar: 0, mixed: 0, forward: 1, forward_cone_deg: 0, forward_rotation_deg: 0";
-const char* kPlanar = "general: 0, planar: 1, mixed: 0, forward: 0";
+Example Generated(const std::string& task, Kind kind, int index, double outliers = 0.4) {
+  SyntheticTwoViewOptions options;
+  options.task = TaskFromString(task);
+  options.matches.outlier_ratio = outliers;
+  options.matches.num_points = 300;
+  options.matches.noise_px = 0.5;
+  options.cameras.principal_offset = 0.0;
+  options.baseline = Range(0.2, 0.6);
+  options.general = kind == kGeneral;
+  options.planar = kind == kPlanar;
+  options.mixed = 0.0;
+  options.forward = kind == kForward;
+  if (kind == kGeneral) {
+    options.rotation_deg = Range(10, 25);
+    options.converging = 0.0;
+  }
+  options.forward_cone_deg = options.forward_rotation_deg = 0.0;
+  return MakeSyntheticTwoView(options, 7)->Get(static_cast<std::uint64_t>(index));
+}
 
 Estimate Estimated(const Problem& problem) {
   return ClassicalEstimator(RecommendedClassical(problem.task)).Run(problem, 1);
@@ -78,7 +88,7 @@ TEST_CASE("straight ahead, and on one plane, the focal length is the prior's and
       CHECK(std::abs(std::log(ahead.focal->focal_px[0] / ahead.focal->prior_focal_px[0])) <
             ahead.focal->prior_log_sigma[0]);
     // Without outliers: a few of them in an epipolar band would choose among the epipoles that a plane leaves.
-    const Estimate plane = Estimated(Generated("shared_focal", kPlanar, i, "0").problem);
+    const Estimate plane = Estimated(Generated("shared_focal", kPlanar, i, 0.0).problem);
     REQUIRE(plane.focal);
     planar += plane.focal->observable[0] ? 0 : 1;
   }

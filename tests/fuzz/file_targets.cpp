@@ -19,7 +19,6 @@
 #include "lab/eval/experiment.h"
 #include "lab/eval/run_files.h"
 #include "lab/files/files.h"
-#include "lab/images/image_sets.h"
 #include "lab/images/run_pairs.h"
 
 namespace diffsac::testing {
@@ -76,11 +75,7 @@ void ReadSource(const ImageFormat& format, const Bundle& bundle) {
 
 void Read(const Bundle& bundle) {
   const auto& formats = Registry<ImageFormat>::Instance();
-  if (bundle.kind == "sets") {
-    ReadImageSets(Scratch() + "/sets.yaml");
-  } else if (formats.Has(bundle.kind) && formats.Find(bundle.kind, "").read) {
-    ReadSource(formats.Find(bundle.kind, ""), bundle);
-  }
+  if (formats.Has(bundle.kind) && formats.Find(bundle.kind, "").read) ReadSource(formats.Find(bundle.kind, ""), bundle);
 }
 
 void RunScenes(const std::string& bytes) {

@@ -11,29 +11,17 @@
 #include "fuzz/hdf5_edits.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
-#include "lab/data/point_files.h"
-#include "lab/data/synthetic.h"
 #include "lab/data/two_view_test_util.h"
-#include "lab/data/write_point_sets.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/images/feature_file_test_util.h"
-#include "lab/images/hloc_files.h"
+#include "lab/images/imported_features.h"
 
 namespace diffsac::testing {
 namespace {
 
-// ---- Points and absolute poses.
-
-std::string MakePoints() {
-  const std::string path = WriteScratch("seed.h5", "");
-  SyntheticOptions options;
-  options.num_points = {12, 12};
-  const auto dataset = MakeSynthetic(Task::kPlane, options, 1);
-  WritePointSets(path, {dataset->Get(0), dataset->Get(1)});
-  return ReadFile(path);
-}
+// ---- Absolute poses.
 
 std::string MakePoses() {
   const std::string path = WriteScratch("seed.h5", "");
@@ -52,11 +40,9 @@ std::string MakePoses() {
 }
 
 void RunPoints(const std::string& bytes) {
-  static const std::string files[2] = {MakePoints(), MakePoses()};
+  static const std::string file = MakePoses();
   ByteReader reader(bytes);
-  const std::string path = WriteScratch("scene/scene_points.h5", files[reader.Below(2)]);
-  EditHdf5(path, &reader);
-  Parses({path}, [&] { ReadPointFile(path); });
+  EditHdf5(WriteScratch("scene/scene_points.h5", file), &reader);
   Parses({path, Scratch()},
          [&] { MakeDataset(ConfigFromYaml("{type: absolute_poses, paths: [" + Scratch() + "/scene]}"), 1); });
 }
@@ -137,7 +123,7 @@ void RunCorrespondences(const std::string& bytes) {
   scene.Put(file, scene.bytes()[file]);
 }
 
-// ---- Features and matches in hloc's layout.
+// ---- Features in hloc's layout.
 
 std::string MakeFeatures() {
   const std::string path = WriteScratch("seed.h5", "");
@@ -152,29 +138,13 @@ std::string MakeFeatures() {
   return ReadFile(path);
 }
 
-std::string MakeMatches() {
-  const std::string path = WriteScratch("seed.h5", "");
-  WriteFeatureFile(path, [](FeatureFile& file) {
-    Eigen::VectorXd matches(5);
-    matches << -1, 2, -1, 0, 1;
-    file.Put("a.png/b.png/matches0", matches, true);
-    file.Put("a.png/b.png/matching_scores0", Eigen::VectorXd::Ones(5), true);
-  });
-  return ReadFile(path);
-}
-
 void RunFeatures(const std::string& bytes) {
-  static const std::string files[2] = {MakeFeatures(), MakeMatches()};
+  static const std::string file = MakeFeatures();
   ByteReader reader(bytes);
-  const int hostile = reader.Below(2);
-  const std::string paths[2] = {WriteScratch("features.h5", files[0]), WriteScratch("matches.h5", files[1])};
-  EditHdf5(paths[hostile], &reader);
-  const auto read = [&](const char* image) {
-    Parses({paths[0]}, [&] { ImportedFeatures(paths[0]).Read(Scratch() + "/" + image, ImageSize{10, 8}, 3); });
-  };
-  if (hostile == 0) read("a.png"), read("b.png");
-  Parses({paths[0], paths[1]}, [&] { ReadHlocFiles(paths[0], paths[1]); });
-  Parses({paths[hostile]}, [&] { KindOfHlocFile(paths[hostile]); });
+  const std::string path = WriteScratch("features.h5", file);
+  EditHdf5(path, &reader);
+  for (const char* image : {"a.png", "b.png"})
+    Parses({path}, [&] { ImportedFeatures(path).Read(Scratch() + "/" + image, ImageSize{10, 8}, 3); });
 }
 
 template <int kChoices>

@@ -46,7 +46,7 @@ expect_error '.' train "${tiny[@]}" --resume --output "$own/never_started"
 
 # Devices: names that are none, and devices that are not there, before anything is written.
 rows=(--config configs/tables/line.yaml --methods ransac_20 --limit 2)
-mkdir -p "$own/made" && echo '{}' >"$own/made/run.json"
+mkdir -p "$own/made" && echo '{}' >"$own/made/results.json"
 for device in tpu '' cuda:x; do
   expect_error "device '$device': expected auto, cpu, cuda or cuda:INDEX" train --config configs/line.yaml --device "$device" --output "$own/none"
   expect_error "device '$device': expected auto, cpu, cuda or cuda:INDEX" evaluate "${rows[@]}" --device "$device" --output "$own/made"
@@ -56,12 +56,13 @@ for device in cuda:99; do
   expect_error "device '$device': (this LibTorch sees no|there are)" evaluate "${rows[@]}" --device "$device" --output "$own/made"
 done
 expect_error "device 'tpu'" train --config configs/line.yaml --import "$hostile" --device tpu --output "$own/none"
-[[ ! -e "$own/none" && -s "$own/made/run.json" ]] || fail "a device that is not there changed a run folder"
+[[ ! -e "$own/none" && -s "$own/made/results.json" ]] || fail "a device that is not there changed a run folder"
 
 # Data.
-printf '\211HDF\r\n\032\n\000\000' >"$own/truncated.h5"
-expect_error 'truncated\.h5' evaluate --config configs/tables/line.yaml --methods ransac_20 --output "$own/run" \
-  --set "data={type: point_sets, paths: ['$own/truncated.h5'], inlier_threshold: 0.1}" --set 'sweep=~'
+mkdir "$own/truncated" && printf '\211HDF\r\n\032\n\000\000' >"$own/truncated/matches.h5"
+printf '%s\n' 'name: pairs' 'task: fundamental' "data: {type: correspondences, paths: ['$own/truncated']}" \
+  'methods: {ransac_20: {type: ransac, max_iterations: 20}}' >"$own/pairs.yaml"
+expect_error 'truncated/matches\.h5' evaluate --config "$own/pairs.yaml" --output "$own/run"
 expect_error 'nowhere' evaluate --config configs/tables/line.yaml --methods ransac_20 --output "$own/run" \
   --set "data={type: point_sets, paths: ['$own/nowhere'], inlier_threshold: 0.1}" --set 'sweep=~'
 

@@ -45,6 +45,7 @@ run_expecting() {
 # expect_error PATTERN PROGRAM ARGUMENTS...: exit status 2 and one line of the program's on stderr that has PATTERN.
 expect_error() {
   local pattern=$1 name="diffsac_${2/evaluate/eval}"
+  name=${name/diffsac_convert/convert}  # A script.
   shift
   run_expecting 2 "$@"
   local lines

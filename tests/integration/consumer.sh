@@ -102,20 +102,15 @@ if command -v pkg-config >/dev/null; then
   LD_LIBRARY_PATH=$(dirname "$(find "$own/mo ved" -name libdiffsac.so)") same_pose pkg-config
   cd "$own/empty"
 fi
-# The function of the library gives the digits of the row that diffsac_pair runs.
+# The function of the library gives the digits of diffsac_pair.
 python3 -c 'import json, sys
 model = [float(x) for x in " ".join(open(sys.argv[2]).read().splitlines()[4:7]).split()]
 theirs = json.load(open(sys.argv[1]))["model"]
 assert all(abs(a - b) < 1e-10 for a, b in zip(model, theirs)), (model, theirs)' ../pair.json ../pose.txt ||
   fail "the library and diffsac_pair estimate differently"
-# A configuration of somebody else's: its paths are relative to its file.
+# Networks of somebody else's.
+mkdir "$own/theirs"
 cp -r "$source/models/homography" "$own/theirs"
-printf '%s\n' 'name: theirs' 'task: homography' \
-  'methods: [{name: theirs, type: diffsac, checkpoint: theirs/model.safetensors}]' >"$own/theirs.yaml"
-run_expecting 0 pair --task homography --config "$own/theirs.yaml"
-rm -r "$own/theirs"
-expect_error "theirs.yaml:3: .*no such checkpoint; looked for $own/theirs/model.safetensors, theirs/model.safetensors" \
-  pair --task homography --config "$own/theirs.yaml"
-rm "$own/mo ved/share/diffsac/configs/pair/homography.yaml"
-expect_error "looked for $own/mo ved/share/diffsac/configs/pair/homography.yaml, configs/pair/homography.yaml" \
-  pair --task homography
+run_expecting 0 pair --task homography --models "$own/theirs"
+rm -r "$own/theirs/homography"
+expect_error "theirs/homography/model.safetensors" pair --task homography --models "$own/theirs"

@@ -10,8 +10,8 @@ image 0 9 >"$own/other.pgm"
 printf '300 0 100\n0 300 75\n0 0 1\n' >"$own/K.txt"
 
 # A homography of a shift, with the shipped network and without one.
-for method in learned_prosac prosac_marginalised; do
-  run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task homography --method $method --threads 1 --picture "$own/$method.png" \
+for method in network none; do
+  run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task homography --guidance $method --threads 1 --picture "$own/$method.png" \
     --json "$own/$method.json"
   grep -q 'homography matrix: [0-9]* inliers' "$own/out" || { cat "$own/out" >&2; fail "no model"; }
   grep -q 'milliseconds: keypoints' "$own/out" || fail "no times"
@@ -31,11 +31,11 @@ mkdir -p "$own/alone/bin"
 cp "$build/bin/diffsac_pair" "$own/alone/bin"
 ln -s "$(realpath "$build")/share" "$own/alone/share"
 build="$own/alone" expect_error 'LibTorch' pair "$own/a.pgm" "$own/b.pgm" --features xfeat --picture ""
-# From any folder: configuration and network are found beside the program.
+# From any folder.
 mkdir "$own/empty"
 (cd "$own/empty" && run_expecting 0 pair ../a.pgm ../b.pgm --task homography --threads 1 --picture "")
 # The essential matrix where there is a calibration; else with the focal length, or the fundamental one.
-run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --calibration "$own/K.txt" --method prosac_marginalised --picture ""
+run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --calibration "$own/K.txt" --guidance none --picture ""
 grep -q 'x2 = R x1 + t' "$own/out" || { cat "$own/out" >&2; fail "no pose"; }
 run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --same-camera --picture "" --json "$own/focal.json"
 grep -q '^essential matrix and focal length: ' "$own/out" || { cat "$own/out" >&2; fail "no focal length"; }
@@ -48,13 +48,13 @@ run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --picture ""
 grep -q '^essential matrix and two focal lengths: ' "$own/out" || { cat "$own/out" >&2; fail "no two focal lengths"; }
 grep -q -- '--same-camera is surer' "$own/out" || fail "does not say how to say that it is one camera"
 expect_error 'without a calibration' pair "$own/a.pgm" "$own/b.pgm" --same-camera --calibration "$own/K.txt"
-run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task fundamental --method prosac_marginalised --picture ""
+run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task fundamental --guidance none --picture ""
 grep -q '^fundamental matrix' "$own/out" || fail "not the fundamental matrix"
 # Its own matches, and others in any order of columns, give what the images give.
 run_expecting 0 pair "$own/a.pgm" "$own/b.pgm" --task homography --picture "" --matches "$own/m.txt" --json "$own/images.json"
 run_expecting 0 pair --from-matches "$own/m.txt" --sizes 200x150 --task homography --json "$own/given.json"
 { echo "ratio,x2,y2,x1,y1"; awk '{printf "%s,%s,%s,%s,%s\n", $5, $3, $4, $1, $2}' "$own/m.txt"; } >"$own/m.csv"
-run_expecting 0 pair --from-matches "$own/m.csv" --task homography --method prosac_marginalised --json "$own/columns.json"
+run_expecting 0 pair --from-matches "$own/m.csv" --task homography --guidance none --json "$own/columns.json"
 # NumPy's, and SuperGlue's.
 /usr/bin/python3 - "$own" <<'END'
 import sys, numpy as np
@@ -69,7 +69,7 @@ run_expecting 0 pair --from-matches "$own/m.npy" --sizes 200x150 --task homograp
 python3 -c 'import json, sys; a, b = (json.load(open(f))["model"] for f in sys.argv[1:]); assert a == b, (a, b)' \
   "$own/given.json" "$own/numpy.json" || fail "NumPy's matches give something else"
 run_expecting 0 pair --from-matches "$own/glue.npz" --task homography --json "$own/glue.json"
-grep -q '"prosac_marginalised"' "$own/glue.json" || fail "scores are taken for ratios"
+grep -q '"method": "none"' "$own/glue.json" || fail "scores are taken for ratios"
 expect_error 'expected one array, or keypoints0' pair --from-matches "$own/two.npz" --task homography
 run_expecting 0 pair --from-matches "$own/m.csv" --calibration "$own/K.txt" "$own/a.pgm" "$own/b.pgm" --picture "$own/given.png"
 expect_file "$own/given.png"
@@ -82,7 +82,7 @@ python3 - "$own"/{images,given,columns,scores}.json <<'END' || fail "given match
 import json, sys
 images, given, columns, scores = (json.load(open(path)) for path in sys.argv[1:])
 assert given["model"] == images["model"] and given["inliers"] == images["inliers"], given["model"]
-assert given["method"] == "learned_prosac" and scores["method"] == "prosac_marginalised", scores["method"]
+assert given["method"] == "network" and scores["method"] == "none", scores["method"]
 for other in (columns, scores):
     assert other["status"] == "ok" and abs(other["model"][2] / other["model"][8] - 12) < 1, other["model"]
 END
@@ -97,8 +97,8 @@ run_expecting 0 pair --from-matches "$own/m.txt" --task homography --picture ""
 expect_error 'give --sizes, or --center' pair --from-matches "$own/m.txt" --focal 300
 expect_error 'images. middles: give --sizes' pair --from-matches "$own/m.txt"
 expect_error 'expected sizes such as 640x480' pair --from-matches "$own/m.txt" --sizes 640
-expect_error 'is for images, not for --from-matches' pair --from-matches "$own/m.txt" --max-keypoints 10
-expect_error 'is for --from-matches' pair "$own/a.pgm" "$own/b.pgm" --sizes 640x480
+expect_error '--from-matches excludes --max-keypoints' pair --from-matches "$own/m.txt" --max-keypoints 10
+expect_error '--sizes requires --from-matches' pair "$own/a.pgm" "$own/b.pgm" --sizes 640x480
 # Many pairs: a folder of files, of which a bad one is named; a database of COLMAP's without matches.
 mkdir "$own/given"
 cp "$own/m.txt" "$own/given/a-b.txt"
@@ -108,7 +108,7 @@ cp "$own/few.txt" "$own/given"
 run_expecting 0 pair --from-matches "$own/given" --sizes 200x150 --task homography --calibration "$own/K.txt" --output "$own/many"
 grep -q 'left out: .*few\.txt:1: expected 4 to 8 columns' "$own/err" || { cat "$own/err"; fail "the bad file is not named"; }
 grep -q '^given: 2 pairs: 2 are sure' "$own/out" || { cat "$own/out"; fail "no summary"; }
-expect_file "$own/many"/{poses.csv,report.html,estimates.h5,config.yaml,matches/given/matches.h5}
+expect_file "$own/many"/{poses.csv,report.html,pairs.json,matches/given/matches.h5}
 python3 - "$own/many/poses.csv" "$own/one.json" <<'END' || fail "a pair of a folder is not what its file gives"
 import csv, json, sys
 rows = {row["image1"]: row for row in csv.DictReader(open(sys.argv[1]))}
@@ -138,15 +138,15 @@ python3 -c 'import json, sys; t = json.load(open(sys.argv[1]))["pose"]["t"]; ass
 expect_error 'absolute pose needs' pair --task absolute_pose --from-matches "$own/scene.txt"
 expect_error 'is for --from-matches' pair "$own/a.pgm" "$own/b.pgm" --task absolute_pose --calibration "$own/K.txt"
 # Images that share nothing.
-run_expecting 0 pair "$own/a.pgm" "$own/other.pgm" --task homography --method prosac_marginalised --picture ""
+run_expecting 0 pair "$own/a.pgm" "$own/other.pgm" --task homography --guidance none --picture ""
 grep -q 'may share nothing' "$own/out" "$own/err" || { cat "$own/out" "$own/err" >&2; fail "chance was taken for a model"; }
 
 # Mistakes: one line each, and what is there stays.
-cp "$own/learned_prosac.png" "$own/kept.png"
+cp "$own/network.png" "$own/kept.png"
 head -c 200 "$own/a.pgm" >"$own/cut.pgm"
 expect_error 'cut\.pgm' pair "$own/a.pgm" "$own/cut.pgm" --picture "$own/kept.png"
 expect_error 'none\.jpg: no such file' pair "$own/a.pgm" "$own/none.jpg" --picture "$own/kept.png"
-cmp -s "$own/learned_prosac.png" "$own/kept.png" || fail "an error wrote over a picture"
+cmp -s "$own/network.png" "$own/kept.png" || fail "an error wrote over a picture"
 # No output is an input.
 cp "$own/a.pgm" "$own/first.pgm"
 ln -s first.pgm "$own/link.pgm"
@@ -162,11 +162,10 @@ expect_error '--focal: expected a number above 0' pair "$own/a.pgm" "$own/b.pgm"
 expect_error '--seed: expected a number from 0 on' pair "$own/a.pgm" "$own/b.pgm" --seed -1
 expect_error 'a focal length of 15 pixels would see' pair "$own/a.pgm" "$own/b.pgm" --focal 15
 expect_error "did you mean '--focal'" pair "$own/a.pgm" "$own/b.pgm" --focl 300
-expect_error 'methods.prosac_marginalised.consensus.max_iterations' pair "$own/a.pgm" "$own/b.pgm" --task homography \
-  --set consensus.max_iterations=50
-expect_error 'no such row; there are prosac_marginalised' pair "$own/a.pgm" "$own/b.pgm" --method shiped
+expect_error 'guidance' pair "$own/a.pgm" "$own/b.pgm" --guidance shiped
+expect_error 'min_iterations' pair "$own/a.pgm" "$own/b.pgm" --task homography --min-iterations 20 --max-iterations 10
 expect_error 'images' pair "$own/a.pgm"
 expect_error 'task' pair "$own/a.pgm" "$own/b.pgm" --task line
-expect_error 'nowhere' pair "$own/a.pgm" "$own/b.pgm" --config "$own/nowhere.yaml"
+expect_error 'nowhere' pair "$own/a.pgm" "$own/b.pgm" --task homography --models "$own/nowhere"
 expect_error 'K2\.txt' pair "$own/a.pgm" "$own/b.pgm" --calibration "$own/K2.txt"
-expect_error 'no/picture' pair "$own/a.pgm" "$own/b.pgm" --method prosac_marginalised --picture "$own/no/picture.png"
+expect_error 'no/picture' pair "$own/a.pgm" "$own/b.pgm" --guidance none --picture "$own/no/picture.png"

@@ -8,7 +8,7 @@ for i in 0 1 2; do gray_blobs 200 150 140 3 $((10 * i)) >"$photos/v-$i.pgm"; don
 # From another folder, with the default output.
 (cd "$own" && run_expecting 0 pair photos --task homography --threads 1)
 out="$own/pairs"
-expect_file "$out"/{poses.csv,report.html,estimates.h5,database.db,config.yaml} "$out/matches/photos/matches.h5"
+expect_file "$out"/{poses.csv,report.html,pairs.json,database.db} "$out/matches/photos/matches.h5"
 grep -q 'photos: 3 pairs: 3 are sure' "$own/out" || { cat "$own/out" >&2; fail "no summary"; }
 grep -q '3 images belong together: v-0.pgm, v-1.pgm, v-2.pgm' "$own/out" || fail "does not say which images belong together"
 tail -1 "$own/out" | grep -q "colmap mapper --database_path pairs/database.db --image_path $photos" || fail "no last line"
@@ -32,12 +32,6 @@ assert row["method"] == pair["method"] and pair["seed"] == 0 and pair["image2"].
 for a, b in zip(pair["model"], (row[f"m{i}{j}"] for i in "123" for j in "123")):
     assert abs(a - float(b)) <= 1e-8 * max(1, abs(a)), (a, b)
 END
-# The folder's configuration runs other rows on the same matches.
-if [[ -x "$build/bin/diffsac_eval" ]]; then
-  run_expecting 0 evaluate --config "$out/config.yaml" --output "$own/again" --threads 1 --set report=false
-  expect_file "$own/again/problems.csv"
-fi
-
 # Results stay unless that is said; a list, a K for each image, another folder.
 expect_error 'holds results already; --overwrite' pair "$photos" --output "$out" --task homography
 printf 'v-0.pgm v-1.pgm\nv-2.pgm v-1.pgm\n' >"$photos/pairs.txt"
@@ -45,7 +39,7 @@ run_expecting 0 pair --list "$photos/pairs.txt" --output "$out" --overwrite --ta
 (($(wc -l <"$out/poses.csv") == 3)) || fail "not the pairs of the list"
 printf '300 0 100\n0 300 75\n0 0 1\n' >"$own/K.txt"
 K="$own/K.txt"
-run_expecting 0 pair "$photos/*.pgm" --calibration "$K,$K,$K" --output "$own/each" --method prosac_marginalised --threads 1
+run_expecting 0 pair "$photos/*.pgm" --calibration "$K,$K,$K" --output "$own/each" --guidance none --threads 1
 python3 - "$own/each/poses.csv" <<'END' || fail "no poses"
 import csv, sys
 for row in csv.DictReader(open(sys.argv[1])):
@@ -64,9 +58,9 @@ END
 
 # One K for an image that was turned: a warning.
 gray_blobs 150 200 140 3 0 >"$own/turned.pgm"
-run_expecting 0 pair "$photos/v-0.pgm" "$photos/v-1.pgm" --calibration "$K" --method prosac_marginalised --picture ""
+run_expecting 0 pair "$photos/v-0.pgm" "$photos/v-1.pgm" --calibration "$K" --guidance none --picture ""
 ! grep -q 'one calibration' "$own/err" || fail "a warning of images of one size"
-run_expecting 0 pair "$photos/v-0.pgm" "$own/turned.pgm" --calibration "$K" --method prosac_marginalised --picture ""
+run_expecting 0 pair "$photos/v-0.pgm" "$own/turned.pgm" --calibration "$K" --guidance none --picture ""
 grep -q 'one calibration for images of 200x150 and 150x200' "$own/err" || { cat "$own/err" >&2; fail "no warning of sizes"; }
 
 # An image that is none is left out by its name.
@@ -110,5 +104,3 @@ expect_error 'cameras\.txt' pair "$photos" --cameras "$own/cameras.txt" --output
 [[ ! -e "$own/x" ]] || fail "a mistake left a folder"
 # The second image is looked for before the first one's keypoints.
 expect_error 'gone\.jpg: no such file' pair "$photos/v-0.pgm" "$own/gone.jpg"
-run_expecting 0 pair --method
-grep -q 'prosac_marginalised: ' "$own/out" || fail "--method alone does not list the rows"

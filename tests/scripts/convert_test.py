@@ -223,6 +223,195 @@ def test_adelaidermf():
     assert "no files NAME_model.txt" in convert("adelaidermf", folder("no_pairs"), ROOT / "out", expect=2)
 
 
+def write_house(here, others=10, extent=500.0, noise=0.0):
+    """Two planes in images of 640 x 480 pixels, `others` matches of the second, which moves otherwise; those of the first lie within `extent`
+    pixels of the corner."""
+    generator = np.random.default_rng(7)
+    x, y = generator.uniform(0, 1, (2, 40 + others)) * np.where(np.arange(40 + others) < 40, extent, 500)
+    first = np.arange(40 + others) < 40
+    moved = x + np.where(first, 40 + noise * generator.normal(size=40 + others), -300)
+    points, ones = np.column_stack([x, 0.8 * y, moved, 0.8 * y]), np.ones(40 + others)
+    for name in "abc":
+        for side in "AB":
+            image(here / f"{name}{side}.png", (640, 480))
+        (here / f"{name}_model.txt").write_text("0 0 0\n0 0 -1\n0 1 0\n")
+        (here / f"{name}_pts.txt").write_text(text(np.column_stack([points[:, :2], ones, points[:, 2:], ones, 2 - first])))
+        (here / f"sift_update/{name}_pts.txt").write_text(f"{len(points)}\n" + text(points))
+        (here / f"sift_update/{name}_score.txt").write_text(text(ones[:, None] / 2))
+
+
+def test_adelaidermf_planes():
+    here = folder("house", "sift_update").parent
+    write_house(here)
+    convert("adelaidermf_planes", here, ROOT / "out")
+    with h5py.File(ROOT / "out" / "adelaidermf_planes_even" / "Hgt.h5") as even, h5py.File(ROOT / "out" / "adelaidermf_planes_odd" / "Hgt.h5") as odd:
+        assert (list(even), list(odd)) == (["aA-aB", "cA-cB"], ["bA-bB"])
+        H = even["aA-aB"][()]
+        assert abs(H / H[2, 2] - [[1, 0, 40], [0, 1, 0], [0, 0, 1]]).max() < 1e-6
+    assert not (ROOT / "out" / "adelaidermf_planes_even" / "Fgt.h5").exists()  # Which plane is meant is the homography's to say.
+    # Another plane with more than two thirds as many, and one whose noisy labels in a corner say little of the rest.
+    for house, kept in (({"others": 26}, True), ({"others": 28}, False), ({"extent": 30}, True), ({"extent": 30, "noise": 1}, False)):
+        write_house(here, **house)
+        done = subprocess.run([sys.executable, os.path.join(SOURCE, "data_tools/convert.py"), "adelaidermf_planes", here, ROOT / "out"], capture_output=True, text=True)
+        assert ("even: 2 pairs" in done.stdout) == kept, (house, done)
+        assert kept or "left out: aA-aB" in done.stderr
+
+
+def write_hloc(here):
+    with h5py.File(here / "feats.h5", "w") as file:
+        for first, (name, count) in enumerate((("db/a_1.jpg", 3), ("db/b.jpg", 4), ("q.jpg", 5)), 1):
+            file[name + "/keypoints"] = np.column_stack([first + 10 * np.arange(count), 5.5 + np.arange(count)])
+            file[name + "/image_size"] = [320, 240]
+            file[name + "/scales"], file[name + "/oris"] = np.full(count, 2.0 * first), np.full(count, 100.0 * first)
+
+
+def hloc_matches(here, **pairs):
+    with h5py.File(here / "matches.h5", "w") as file:
+        for pair, (partners, scores) in pairs.items():
+            file[pair.replace("__", "/") + "/matches0"] = np.array(partners, "i2")
+            if scores:
+                file[pair.replace("__", "/") + "/matching_scores0"] = np.array(scores, "f2")
+
+
+def test_hloc():
+    here = folder("hloc")
+    write_hloc(here)
+    good = {"q.jpg__db-a_1.jpg": ([-1, 2, -1, 0, 1], [0, 0.75, 0, 1, 0.5]), "db-a_1.jpg__q.jpg": ([3, 4, 1], [1, 1, 1]),
+            "db-a_1.jpg_db-b.jpg": ([3, -1, 0], [0.25, 0, 0.125])}
+    hloc_matches(here, **good)
+    convert("hloc", here, ROOT / "out", "--scene", "h", "--focal", 300, "--center", "160,120")
+    read = lambda name: h5py.File(ROOT / "out" / "h" / name)
+    assert list(read("matches.h5")) == ["db_a_1-db_b", "db_a_1-q"]
+    assert read("matches.h5")["db_a_1-db_b"][()].tolist() == [[1, 5.5, 32, 8.5], [21, 7.5, 2, 5.5]]
+    assert read("match_scores.h5")["db_a_1-db_b"][()].tolist() == [0.25, 0.125] and len(read("matches.h5")["db_a_1-q"]) == 3
+    assert read("match_indices.h5")["db_a_1-db_b"][()].tolist() == [[0, 3], [2, 0]] and read("sizes.h5")["db_a_1-q"][()].tolist() == [240, 320, 240, 320]
+    assert np.allclose(read("similarities.h5")["db_a_1-q"][0], [np.log(3), np.radians(200 - 360)]) and read("K1_K2.h5")["db_a_1-q"][0, 1, 0, 2] == 160
+    assert "db_a_1\tdb/a_1.jpg" in (ROOT / "out" / "h" / "images.txt").read_text()
+    # A bad image or pair costs no other; what only some have, none keeps.
+    with h5py.File(here / "feats.h5", "a") as file:
+        file["q.jpg/keypoints"][0, 0] = np.nan
+        del file["db/b.jpg/scales"]
+    hloc_matches(here, **good, **{"x.jpg__q.jpg": ([0], []), "x/y__q.jpg": ([0], [])})
+    said = convert("hloc", here / "matches.h5", ROOT / "out", "--scene", "h", "--features", here / "feats.h5")
+    assert "q.jpg/keypoints: a value is not finite" in said and "no image x.jpg" in said and "expected NAME1/NAME2" in said and "2 pairs of images" in said
+    assert list(read("matches.h5")) == ["db_a_1-db_b"] and not (ROOT / "out" / "h" / "similarities.h5").exists()
+    assert "\t" + str(here) in (ROOT / "out" / "h" / "images.txt").read_text()
+    write_hloc(here)
+    for wrong, message in (([3, -1], "expected 3 values"), ([4, -1, -1], "4 is no keypoint"), ([-2, 0, 0], "-2 is no keypoint")):
+        hloc_matches(here, **{"db-a_1.jpg__db-b.jpg": (wrong, [])})
+        assert message in convert("hloc", here, ROOT / "out", expect=2), message
+    hloc_matches(here, **{"db-a_1.jpg__db-b.jpg": ([0, 1, 2], [0, 2, 0])})
+    assert "expected scores from 0 to 1" in convert("hloc", here, ROOT / "out", expect=2)
+    assert "would be replaced" in convert("hloc", here / "matches.h5", ROOT, "--scene", "hloc", expect=2)
+    shutil.copy(here / "feats.h5", here / "others.h5")
+    assert "hloc's features, found 2 (feats.h5, others.h5)" in convert("hloc", here, ROOT / "out", expect=2)
+    (here / "others.h5").write_text("none")
+    assert "others.h5: not a readable HDF5 file" in convert("hloc", here, ROOT / "out", expect=2)
+    assert "none.h5: no such file" in convert("hloc", here / "none.h5", ROOT / "out", expect=2)
+
+
+def write_scene(scene, **files):
+    scene.mkdir(parents=True, exist_ok=True)
+    for name, value in files.items():
+        with h5py.File(scene / (name + ".h5"), "w") as file:
+            for key in ("a", "b") if name in ("R", "T") else ("a-b",):
+                file[key] = value[key] if isinstance(value, dict) else value
+
+
+def test_inspect():
+    scene, generator = ROOT / "seen" / "one", np.random.default_rng(3)
+    R, t = POSES[1]
+    X = np.column_stack([generator.uniform(-1, 1, (40, 2)), generator.uniform(3, 6, 40)])
+    first, second = ((K @ (R @ X.T + t[:, None])).T for R, t in POSES[:2])
+    points = np.column_stack([first[:, :2] / first[:, 2:], second[:, :2] / second[:, 2:]])
+    points[:10, 3] += 30
+    points[39] = points[38]
+    write_scene(scene, matches=points, sizes=[2000, 2000, 2000, 2000], K1_K2=[[K, K]], R={"a": np.eye(3), "b": R}, T={"a": np.zeros(3), "b": t}, match_conf=np.full(40, 0.5))
+    row = [line for line in convert("inspect", ROOT / "seen").splitlines() if line.startswith("one ")][0]
+    assert row.split()[:3] == ["one", "1", "40/40/40"] and row.endswith("1  ok       ratio sizes K pose E F") and 70 <= float(row.split()[3]) <= 80, row
+    write_scene(scene, match_conf=np.full(40, 1.5), Egt=np.eye(3), labels=np.arange(40) % 2)
+    said = convert("inspect", ROOT / "seen", expect=2)
+    assert "one: a-b: a ratio is not in [0, 1]" in said and "one: a-b: E, F, the poses and K disagree" in said and " 50.0 " in said
+    convert("inspect", scene, "--picture", ROOT / "p.png")
+    assert Image.open(ROOT / "p.png").width == 2400
+    assert "there is no pair c-d; the first is a-b" in convert("inspect", scene, "--picture", ROOT / "p.png", "--pair", "c-d", expect=2)
+    assert "nowhere: no such folder" in convert("inspect", ROOT / "nowhere", expect=2) and "--picture" in convert("inspect", scene, "--pair", "a-b", expect=2)
+    (scene / "Egt.h5").write_bytes(b"none")
+    assert "Egt.h5: not a readable HDF5 file" in convert("inspect", scene, expect=2)
+
+
+def test_sets():
+    here = folder("sets")
+    program = here / "program"
+    program.write_text('#!/bin/sh\nshift\necho "ran $*"\n')
+    program.chmod(0o755)
+    folder("sets", "data", "views")
+
+    def made(*entries, only=(), expect=0):
+        (here / "sets.yaml").write_text("sets:\n" + "".join(f"  - {{{entry}}}\n" for entry in entries))
+        return convert("sets", "--config", here / "sets.yaml", "--data", here / "data", "--program", program, *only, expect=expect)
+
+    views = "name: views, input: [absent, views], format: images, output: runs/x/y, scenes: ['view*'], steps: [1, 2], max_pairs: 3, described: train, thumbnails: false"
+    absent = "name: elsewhere, input: [nowhere], format: images, output: runs/z"
+    said = made(views, absent)
+    assert "ran --format images --input " + str(here / "data/views") + " --output runs/x/y --threads 0 --steps 1,2 --max-pairs 3 --no-thumbnails\n" in said
+    assert "--output runs/descriptors/orb/train" in said and "--features orb --no-thumbnails --descriptors" in said and "left out: elsewhere" in said
+    for only, count in (("views", 1), ("view*", 3), ("runs/x", 1), ("runs/x/y/view_1", 1), ("runs/descriptors", 2)):
+        assert made(views, absent, only=("--only", only)).count("ran ") == count, only
+    assert "none of the sets" in made(views, absent, only=("--only", "elsewhere"), expect=2)
+    assert "views: there is no key max_pair: max_pairs is the nearest" in made("name: views, input: [views], format: images, max_pair: 3", expect=2)
+    assert "expected input" in made("name: views, format: images", expect=2)
+    program.write_text("#!/bin/sh\nexit 3\n")
+    assert "failed (exit status 3)" in made(views, expect=2)
+
+
+def test_images():
+    """What needs OpenCV: a moved copy of an image, as a scene of the tutorial, and as a COLMAP model of a wall."""
+    try:
+        import cv2
+    except ImportError:
+        return print("without OpenCV:", end=" ")
+    generator = np.random.default_rng(5)
+    texture = cv2.GaussianBlur(generator.integers(0, 255, (300, 400)).astype("u1"), None, 2)
+    texture = cv2.normalize(texture, None, 0, 255, cv2.NORM_MINMAX)
+    scene = folder("val", "wall", "images").parent
+    model = folder("wall", "images").parent
+    for i in range(3):
+        for where in (scene, model):
+            cv2.imwrite(str(where / "images" / f"{'abc'[i]}.png"), texture[20:260, 20 + 10 * i:340 + 10 * i])
+    keypoints = np.array([k.pt for k in cv2.SIFT_create(0, 3, 0.04).detect(texture[20:260, 20:340])])
+    keypoints = keypoints[(keypoints[:, 0] > 40) & (keypoints[:, 0] < 300)]
+    write_scene(scene, matches=np.hstack([keypoints, keypoints - [10, 0]]))
+    said = convert("tutorial", scene)
+    assert "1 pairs, 2 images" in said and "already there" in convert("tutorial", scene)
+    with h5py.File(scene / "descriptors.h5") as file:
+        rows = file["a-b"][()]
+        assert rows.shape == (len(keypoints), 256) and rows.dtype == "f4" and np.allclose(np.linalg.norm(rows[:, :128], axis=1), 1, atol=1e-5)
+        assert (np.linalg.norm(rows[:, :128] - rows[:, 128:], axis=1) < 0.3).mean() > 0.8
+    others = folder("other_images")
+    image(others / "x.png")
+    assert "there is no image a" in convert("tutorial", scene, "--overwrite", "--images", others, expect=2)
+
+    # The wall is at depth 3, so that a camera that moves by .1 moves its image by ten pixels.
+    (model / "cameras.txt").write_text("1 PINHOLE 320 240 300 300 160.5 120.5\n")
+    (model / "points3D.txt").write_text("".join(f"{i} {(x - 160) / 100!r} {(y - 120) / 100!r} 3 0 0 0 0\n" for i, (x, y) in enumerate(keypoints.tolist())))
+    (model / "images.txt").write_text("".join(
+        f"{i} 1 0 0 0 {-i / 10} 0 0 1 {'abc'[i]}.png\n" + " ".join(f"{x - 10 * i + 0.5!r} {y + 0.5!r} {k}" for k, (x, y) in enumerate(keypoints.tolist())) + "\n"
+        for i in range(3)))
+    convert("colmap_points", model, ROOT / "out")
+    with h5py.File(ROOT / "out" / "wall" / "scene_points.h5") as file:
+        for i in range(3):
+            points = file["abc"[i] + "/points"][()]
+            seen = points[:, :2] * 100 + [160 - 10 * i, 120]
+            assert len(points) > 50 and (np.linalg.norm(points[:, 3:] - seen, axis=1) < 2).mean() > 0.8
+            assert (file["abc"[i] + "/pose"][:, 3] == [-i / 10, 0, 0]).all() and (file["abc"[i] + "/ratios"][()] <= 1).all()
+    (model / "points3D.txt").write_text("1 2 3\n")
+    assert "points3D.txt:1: expected POINT3D_ID" in convert("colmap_points", model, ROOT / "out", expect=2)
+    (model / "cameras.txt").write_text("1 FOV 320 240 300 300 160.5 120.5 1\n")
+    (model / "points3D.txt").write_text("1 2 3 4 5 6 7 8\n")
+    assert "cameras.txt:1: expected CAMERA_ID MODEL" in convert("colmap_points", model, ROOT / "out", expect=2)
+
+
 def test_adelaidermf_matches():
     here = folder("matlab")
     data = np.array([[1.5, 2, 1, 3, 4, 1], [5, 6, 1, 7, 8, 1]]).T
@@ -291,23 +480,6 @@ def test_matrix():
         assert (np.loadtxt(here / "K.txt") == K).all()
     np.save(here / "K.npy", K[:2])
     assert "K.npy: expected one array of 3 x 3 numbers" in convert("matrix", here / "K.npy", here / "K.txt", expect=2)
-
-
-def test_matches3d():
-    here, rows = folder("matches3d"), np.random.default_rng(0).normal(size=(20, 7))
-    np.save(here / "m.npy", rows)
-    with h5py.File(here / "m.h5", "w") as file:
-        file["pair/points"], file["pair/ratios"] = rows[:, :6], rows[:, 6]
-    for name in ("m.npy", "m.h5"):
-        convert("matches3d", here / name, here / "m.csv")
-        assert (np.loadtxt(here / "m.csv", delimiter=",", skiprows=1) == rows).all()
-        assert (here / "m.csv").read_text().startswith("x1,y1,z1,x2,y2,z2,ratio\n")
-    np.save(here / "words.npy", np.array([["a"] * 6]))
-    assert "words.npy: expected N x 6 or 7 numbers" in convert("matches3d", here / "words.npy", here / "m.csv", expect=2)
-    with h5py.File(here / "m.h5", "a") as file:
-        del file["pair/ratios"]
-        file["pair/ratios"] = rows[1:, 6]
-    assert "ratios: expected one for each of 20 points" in convert("matches3d", here / "m.h5", here / "m.csv", expect=2)
 
 
 for name, test in list(globals().items()):

@@ -43,7 +43,7 @@ ARGUMENTS = {
     "initial_model": "A model of the result's shape to score in addition to the sampled ones.",
     "guidance": "'network', 'none' (PROSAC alone) or 'diffusion' (the paper's method).",
     "models_folder": "A folder of networks to use instead of the package's.",
-    "cameras": "'photographs': square pixels, principal points near the middle, usual focal lengths, if sizes are given; or 'unknown'.",
+    "cameras": "'photographs': one camera with square pixels, if sizes are given and equal; or 'unknown'.",
     "seed": "Seed of the random samples, 0 or more: the same seed, the same result.",
 }
 P = ParamSpec("P")

@@ -58,6 +58,8 @@ class _Result:
                 raise AttributeError(f"{type(self).__name__} has no field '{name}'")
             if "diagnostics" not in getattr(type(self), "__dataclass_fields__", {}):
                 new = new.rpartition(".")[2]
+            if new == name:
+                raise AttributeError(f"{type(self).__name__} has no field '{name}'")
             value = operator.attrgetter(new)(self)
             warnings.warn(f"{name} is {new} since diffsac 0.3", DeprecationWarning, stacklevel=2)
             return value
@@ -176,15 +178,16 @@ class PoseEstimate(Estimate):
 
 @dataclass(frozen=True, eq=False)
 class TwoViewEstimate(PoseEstimate):
-    """F, E or H. The pose is E's."""
+    """F, E or H. The pose is E's. `focal`: F of images of one size, where the matches allow one camera."""
+
+    focal: Optional[Focal]
 
 
 @dataclass(frozen=True, eq=False)
 class UnknownFocalEstimate(TwoViewEstimate):
     """F of two views of unknown focal length. `pose_covariance` is None."""
 
-    focal: Optional[Focal]
-    K1: Floats  # With these focal lengths; the identity unless the status is OK.
+    K1: Floats  # With the focal lengths of `focal`; the identity unless the status is OK.
     K2: Floats
 
 

@@ -4,9 +4,10 @@
 
 namespace diffsac {
 
-/// Prior knowledge of the cameras of two images without calibration, for fundamental matrices. Needs the images' sizes.
+/// Prior knowledge of the cameras of two images without calibration, for fundamental matrices. Needs sizes that are
+/// equal.
 enum class Cameras {
-  kPhotographs,  ///< Square pixels, principal points near the middle, focal lengths of about the size. The default.
+  kPhotographs,  ///< One camera: square pixels, principal point in the middle, usual focal length. The default.
   kUnknown,      ///< Nothing: pixels may have any shape.
 };
 /// Their names.

@@ -53,7 +53,7 @@ Estimate EstimateModel(const NormalizedProblem& space, const ClassicalOptions& o
   ConsensusResult found =
       SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus, rng.Fork("consensus"),
                                  PriorsOfProblem(space, consensus), options.search_threads);
-  if (options.photographs) PutCamerasBehind(space, rng, &found);
+  if (options.photographs) PutCameraBehind(space, rng, &found);
   return EstimateOf(space, std::move(found));
 }
 

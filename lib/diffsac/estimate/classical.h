@@ -23,7 +23,7 @@ struct ClassicalOptions {
   InstanceSearchOptions instances;
   /// Whether there is a second search where the first one leaves doubts (second_search.h). Not for several models.
   bool search_again = false;
-  /// F, where the images' sizes are known: whether they are photographs (PutCamerasBehind).
+  /// F, where the images' sizes are known: whether they are photographs (PutCameraBehind).
   bool photographs = false;
 };
 

@@ -9,6 +9,7 @@
 #include "diffsac/estimate/point_rows.h"
 #include "diffsac/estimate/posteriors.h"
 #include "diffsac/estimate/static_overlay.h"
+#include "diffsac/estimate/zoomed_motion.h"
 #include "diffsac/geometry/parallax.h"
 #include "diffsac/geometry/pose.h"
 #include "diffsac/problem/cloud_chance.h"
@@ -160,7 +161,10 @@ class Diagnosis {
     const auto cameras = Cameras();
     if (!pose || !cameras || problem_.task == Task::kFundamental) return;
     const Eigen::Matrix3d f = FundamentalFromEssential(EssentialOf(*pose), cameras->K1, cameras->K2);
-    if (TestPlane(problem_.points, AsParameters(f), estimate_.inliers).degeneracy != Degeneracy::kPlane) return;
+    if (TestPlane(problem_.points, AsParameters(f), estimate_.inliers).degeneracy != Degeneracy::kPlane) {
+      if (!estimate_.ambiguous_pose) estimate_.ambiguous_pose = MotionOfOtherRatio(space_, estimate_);
+      return;
+    }
     const PlaneViews views{problem_.points, estimate_.inliers, *cameras, estimate_.inlier_threshold};
     const auto poses = PosesOfPlane(views);
     if (!poses || !poses->other) return;

@@ -1,5 +1,6 @@
 #include "diffsac/diffsac.h"
 
+#include <concepts>
 #include <functional>
 #include <utility>
 
@@ -71,6 +72,7 @@ Result WithPose(Estimate estimate) {
   result.pose = estimate.pose;
   if (result.pose) result.pose_covariance = std::move(estimate.pose_covariance);
   result.ambiguous_pose = estimate.ambiguous_pose;
+  if constexpr (std::derived_from<Result, TwoViewEstimate>) result.focal = estimate.focal;
   Take(std::move(estimate), &result);
   return result;
 }
@@ -83,14 +85,12 @@ TwoViewEstimate TwoViews(const Problem& problem, const ImageOptions& options) {
 template <class Description>
 UnknownFocalEstimate UnknownFocalViews(const Problem& problem, const FocalOptions& options) {
   Estimate estimate = Run(problem, options);
-  const auto focal = estimate.focal;
   CameraPair cameras;
   if (estimate.status == Status::kOk) {
     cameras = Description::CamerasOf(estimate.model, problem);
     estimate.model = Description::PixelModel(estimate.model, problem);
   }
   auto result = WithPose<UnknownFocalEstimate>(std::move(estimate));
-  result.focal = focal;
   result.cameras = cameras;
   return result;
 }
@@ -128,11 +128,16 @@ TwoViewEstimate EstimateFundamental(const Matches& matches, const ImageOptions& 
 }
 
 TwoViewEstimate EstimateEssential(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
-  return TwoViews(EssentialProblem(matches, cameras, options), options);
+  return TwoViews(CalibratedProblem(Task::kEssential, matches, cameras, options), options);
 }
 
 TwoViewEstimate EstimateHomography(const Matches& matches, const ImageOptions& options) {
   return TwoViews(TwoViewProblem(Task::kHomography, matches, options), options);
+}
+
+TwoViewEstimate EstimateCalibratedHomography(const Matches& matches, const CameraPair& cameras,
+                                             const ImageOptions& options) {
+  return TwoViews(CalibratedProblem(Task::kHomography, matches, cameras, options), options);
 }
 
 UnknownFocalEstimate EstimateSharedFocal(const Matches& matches, const FocalOptions& options) {
@@ -185,7 +190,7 @@ MultiModelEstimate<Eigen::Matrix3d> EstimateMultipleFundamentals(const Matches& 
 
 MultiModelEstimate<Eigen::Matrix3d> EstimateMultipleEssentials(const Matches& matches, const CameraPair& cameras,
                                                                const ImageOptions& options) {
-  return Multiple<Eigen::Matrix3d>(EssentialProblem(matches, cameras, options), options);
+  return Multiple<Eigen::Matrix3d>(CalibratedProblem(Task::kEssential, matches, cameras, options), options);
 }
 
 MultiModelEstimate<Eigen::Matrix3d> EstimateMultipleHomographies(const Matches& matches, const ImageOptions& options) {

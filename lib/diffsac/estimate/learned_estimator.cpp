@@ -185,7 +185,7 @@ Estimate LearnedEstimator::Consensus(const NormalizedProblem& space, const Predi
   const ConsensusOptions consensus = OptionsOfProblem(space, options_->consensus);
   ConsensusResult found = SearchCheckedPoints<Model>(space.points(), space.threshold(), *sampler, consensus,
                                                      rng.Fork("consensus"), priors, options_->search_threads);
-  if (options_->photographs) PutCamerasBehind(space, rng, &found);
+  if (options_->photographs) PutCameraBehind(space, rng, &found);
   return EstimateOf(space, std::move(found));
 }
 

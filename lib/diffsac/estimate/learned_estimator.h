@@ -69,8 +69,7 @@ Eigen::VectorXd InlierPriors(const NormalizedProblem& space, const std::vector<f
 /// ```
 /// void Infer(std::span<const NormalizedProblem>, std::span<const std::uint64_t>, std::span<Prediction> predictions)
 /// const {
-///   const auto batch = BatchOf(predictions, weights_->device);
-///   SplitWeights(weights_->module->Weights(batch), batch.lengths, predictions);
+///   for (Prediction& prediction : predictions) prediction.weights = weights_->Of(prediction.features);
 /// }
 /// std::unique_ptr<MinimalSampler> MakeSampler(const Guidance& guide) const override {
 ///   return std::make_unique<WeightedSampler>(Doubles(guide.prediction.weights), guide.set_size,

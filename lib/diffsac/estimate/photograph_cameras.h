@@ -5,10 +5,10 @@
 
 namespace diffsac {
 
-/// Makes what a search for a fundamental matrix found that of two photographs: of cameras with square pixels, a
-/// principal point near the image's middle and a focal length of about its size. Where the sizes are equal, one length
-/// and principal points in the middle come first (MarginaliseFocal), then RefinePhotographs. Leaves it where the
-/// matches are against both, what other searches found, and where the images' sizes are unknown.
-void PutCamerasBehind(const NormalizedProblem& space, const Rng& rng, ConsensusResult* found);
+/// Makes what a search for a fundamental matrix found that of two photographs by one camera: square pixels, principal
+/// points in the middles, one focal length of about the images' size. Its median takes the place of F, and its
+/// posterior is found->focal. Leaves F where the matches are against that camera, and of images whose sizes differ or
+/// are unknown.
+void PutCameraBehind(const NormalizedProblem& space, const Rng& rng, ConsensusResult* found);
 
 }  // namespace diffsac

@@ -147,6 +147,17 @@ void RequireOfCamera(const std::optional<FocalPrior>& prior, const ImageSize& si
               " of an image of this size");
 }
 
+/// options: of F or unknown focal lengths.
+template <class Options>
+void SetFocalPriors(const Options& options, Problem* problem) {
+  CheckPrior("prior", options.prior);
+  CheckPrior("prior2", options.prior2);
+  problem->camera_prior1.focal = options.prior;
+  problem->camera_prior2.focal = options.prior2 ? options.prior2 : options.prior;
+  RequireOfCamera(problem->camera_prior1.focal, problem->size1, "prior");
+  RequireOfCamera(problem->camera_prior2.focal, problem->size2, options.prior2 ? "prior2" : "prior");
+}
+
 template <int kColumns>
 Problem PointsProblem(Task task, const RowsView<kColumns>& points, const PointOptions& options) {
   Require(options.max_residual.has_value(), "max_residual", "a distance: there is no default");
@@ -167,11 +178,12 @@ Problem PointsProblem(Task task, const RowsView<kColumns>& points, const PointOp
 Problem TwoViewProblem(Task task, const Matches& matches, const ImageOptions& options) {
   Problem problem = ProblemOf(task, matches, options.max_residual);
   problem.initial_model = CheckedMatrix(options.initial_model);
+  SetFocalPriors(options, &problem);
   return problem;
 }
 
-Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
-  Problem problem = TwoViewProblem(Task::kEssential, matches, options);
+Problem CalibratedProblem(Task task, const Matches& matches, const CameraPair& cameras, const ImageOptions& options) {
+  Problem problem = TwoViewProblem(task, matches, options);
   problem.cameras = CameraPair{CheckedCalibration(cameras.K1, "K1"), CheckedCalibration(cameras.K2, "K2")};
   RequireInView(problem.cameras->K1, matches.points1, "K1");
   RequireInView(problem.cameras->K2, matches.points2, "K2");
@@ -181,15 +193,10 @@ Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, cons
 Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& options, const Eigen::Matrix3d* K1) {
   Require(!options.principal_point1 || options.principal_point1->allFinite(), "principal_point1", "finite pixels");
   Require(!options.principal_point2 || options.principal_point2->allFinite(), "principal_point2", "finite pixels");
-  CheckPrior("prior", options.prior);
-  CheckPrior("prior2", options.prior2);
   Problem problem = ProblemOf(task, matches, options.max_residual);
   problem.camera_prior1.principal_point = options.principal_point1;
   problem.camera_prior2.principal_point = options.principal_point2;
-  problem.camera_prior1.focal = options.prior;
-  problem.camera_prior2.focal = options.prior2 ? options.prior2 : options.prior;
-  RequireOfCamera(problem.camera_prior1.focal, problem.size1, "prior");
-  RequireOfCamera(problem.camera_prior2.focal, problem.size2, options.prior2 ? "prior2" : "prior");
+  SetFocalPriors(options, &problem);
   if (K1 != nullptr) problem.camera_prior1.K = CheckedCalibration(*K1, "K1");
   // K1 says all of the first image.
   Require(K1 != nullptr || options.principal_point1.has_value() || problem.size1.known(), "size1",

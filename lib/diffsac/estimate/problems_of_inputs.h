@@ -32,7 +32,8 @@ EstimateOptions SharedOptions(const Options& options) {
 
 /// F, E without its cameras, or H.
 Problem TwoViewProblem(Task task, const Matches& matches, const ImageOptions& options);
-Problem EssentialProblem(const Matches& matches, const CameraPair& cameras, const ImageOptions& options);
+/// E or H.
+Problem CalibratedProblem(Task task, const Matches& matches, const CameraPair& cameras, const ImageOptions& options);
 /// One or two unknown focal lengths. K1: of task one_focal.
 Problem FocalProblem(Task task, const Matches& matches, const FocalOptions& options, const Eigen::Matrix3d* K1 = {});
 /// frame: that of the points.

@@ -61,7 +61,7 @@ struct Estimate {
   /// absent where a line, or a plane without cameras, leaves it open. Absolute poses, motions of clouds: that of
   /// `model`.
   std::optional<RigidMotion> pose = {};
-  /// Two views of unknown focal length: what became of it.
+  /// Two views of unknown focal length, and F that is of one camera (PutCameraBehind): what became of it.
   std::optional<FocalEstimate> focal = {};
   /// Two views: where the focal lengths that were given, or a prior of them, contradict the matches (focal_conflict.h).
   std::optional<FocalConflict> focal_conflict = {};
@@ -74,7 +74,8 @@ struct Estimate {
   /// inliers. Much of it where an image is mirrored, say: beyond kMostBehind, log10_nfa is infinite.
   double cheirality_failure_ratio = 0.0;
   /// Of points on a plane: another pose that explains them as well, beside that of `model`
-  /// (AbsolutePose::OtherMinimum; of two views PosesOfPlane). Then pose_covariance is absent.
+  /// (AbsolutePose::OtherMinimum; of two views PosesOfPlane). Then pose_covariance is absent. Of unknown focal lengths
+  /// MotionOfOtherRatio as well.
   std::optional<RigidMotion> ambiguous_pose = {};
   /// N values, what a network says of each point before the search: how likely it is an inlier (`diffsac`), or in
   /// proportion to that (`ng_ransac`, `clnet`); empty: none.

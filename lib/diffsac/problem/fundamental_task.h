@@ -2,7 +2,7 @@
 
 #include "diffsac/geometry/fundamental.h"
 #include "diffsac/geometry/pose.h"
-#include "diffsac/problem/epipolar_task.h"
+#include "diffsac/problem/shared_focal_task.h"
 
 namespace diffsac {
 
@@ -15,6 +15,10 @@ inline constexpr const char* kModelName<Fundamental8> = "fundamental8";
 struct FundamentalTask : EpipolarTask<FundamentalTask, Fundamental, Fundamental8> {
   static Eigen::Matrix3d EssentialOf(const Eigen::Matrix3d& model, const CameraPair& cameras) {
     return EssentialFromFundamental(model, cameras.K1, cameras.K2);
+  }
+  /// Of a camera behind both images (PutCameraBehind).
+  static FocalEstimate InPixels(const FocalPosteriors& posteriors, const Problem& problem) {
+    return FocalInPixels(UnknownFocal::kBoth, posteriors, problem);
   }
   /// Only the calibration tells a pure rotation from a plane.
   static ParallaxTest Parallax(const ModelParameters& model, const std::vector<std::uint8_t>& inliers,

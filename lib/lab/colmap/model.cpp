@@ -9,6 +9,7 @@
 #include <functional>
 #include <initializer_list>
 #include <map>
+#include <string_view>
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/nearest_word.h"
@@ -146,6 +147,53 @@ ModelCameras ReadCamerasBinary(const std::string& path) {
   return cameras;
 }
 
+// Goes through the lines of a file of COLMAP's text models that are no comments.
+class ColmapLines {
+ public:
+  explicit ColmapLines(const std::string& path) : path_(path), text_(ReadTextFile(path)), rest_(text_) {}
+
+  // False at the end. An empty line is a line: that of an image without points.
+  bool Next() {
+    while (TakeLine(&rest_, &line_)) {
+      ++number_;
+      if (!line_.starts_with('#')) return true;
+    }
+    return false;
+  }
+
+  std::vector<std::string_view> Words() const { return SplitWords(line_, " \t"); }
+
+  // What follows so many words, to the end of the line: a name, which may have blanks.
+  std::string After(std::size_t words) const {
+    const auto all = Words();
+    if (all.size() <= words) return "";
+    return {all[words].data(), static_cast<std::size_t>(all.back().data() + all.back().size() - all[words].data())};
+  }
+
+  // File and line, for messages.
+  std::string Place() const { return path_ + ":" + std::to_string(number_); }
+  [[noreturn]] void Fail(const std::string& what) const { throw Error(Place() + ": " + what); }
+
+  double Number(std::string_view word) const {
+    double value = 0.0;
+    if (!ParseNumber(word, &value)) Fail("'" + std::string(word) + "' is no number");
+    return value;
+  }
+
+  // At most 2^53 from 0: more digits than that a word cannot give.
+  std::int64_t Whole(std::string_view word) const {
+    const double value = Number(word);
+    if (!(std::abs(value) <= 0x1p53) || value != std::floor(value))
+      Fail("'" + std::string(word) + "' is no whole number");
+    return static_cast<std::int64_t>(value);
+  }
+
+ private:
+  std::string path_, text_;
+  std::string_view rest_, line_;
+  int number_ = 0;
+};
+
 // COLMAP writes capital letters.
 std::string NearestModel(std::string name) {
   std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::toupper(c); });
@@ -244,43 +292,9 @@ std::map<std::int64_t, LensCamera> ReadColmapCameras(const std::string& path) {
 void ReadColmapModel(const std::string& folder, const std::string& images, const UseModelImage& use) {
   const std::string binary = FindColmapModel(folder, ".bin");
   if (!binary.empty() && FindColmapModel(folder, ".txt").empty()) return ReadImagesBinary(binary, images, use);
-  const fs::path model = ColmapModelFolder(folder);
+  const fs::path model = FindColmapModel(folder, ".txt");
+  if (model.empty()) throw Error(folder + ": no COLMAP text model (cameras.txt, images.txt)");
   ReadImagesText((model / "images.txt").string(), images, ReadCamerasText((model / "cameras.txt").string()), use);
-}
-
-ColmapLines::ColmapLines(const std::string& path) : path_(path), text_(ReadTextFile(path)), rest_(text_) {}
-
-bool ColmapLines::Next() {
-  while (TakeLine(&rest_, &line_)) {
-    ++number_;
-    if (!line_.starts_with('#')) return true;
-  }
-  return false;
-}
-
-std::vector<std::string_view> ColmapLines::Words() const { return SplitWords(line_, " \t"); }
-
-std::string ColmapLines::After(std::size_t words) const {
-  const auto all = Words();
-  if (all.size() <= words) return "";
-  return {all[words].data(), static_cast<std::size_t>(all.back().data() + all.back().size() - all[words].data())};
-}
-
-std::string ColmapLines::Place() const { return path_ + ":" + std::to_string(number_); }
-
-void ColmapLines::Fail(const std::string& what) const { throw Error(Place() + ": " + what); }
-
-double ColmapLines::Number(std::string_view word) const {
-  double value = 0.0;
-  if (!ParseNumber(word, &value)) Fail("'" + std::string(word) + "' is no number");
-  return value;
-}
-
-std::int64_t ColmapLines::Whole(std::string_view word) const {
-  const double value = Number(word);
-  if (!(std::abs(value) <= 0x1p53) || value != std::floor(value))
-    Fail("'" + std::string(word) + "' is no whole number");
-  return static_cast<std::int64_t>(value);
 }
 
 std::string FindColmapModel(const std::string& folder, const std::string& extension) {
@@ -290,12 +304,6 @@ std::string FindColmapModel(const std::string& folder, const std::string& extens
       return candidate.string();
   }
   return "";
-}
-
-std::string ColmapModelFolder(const std::string& folder) {
-  const std::string found = FindColmapModel(folder, ".txt");
-  if (found.empty()) throw Error(folder + ": no COLMAP text model (cameras.txt, images.txt)");
-  return found;
 }
 
 }  // namespace diffsac

@@ -5,7 +5,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "diffsac/geometry/rigid_motion.h"
@@ -34,36 +33,8 @@ using UseModelImage =
 /// folder `images`; text takes the rest of a line as a name, which may have blanks. Throws Error as above.
 void ReadColmapModel(const std::string& folder, const std::string& images, const UseModelImage& use);
 
-/// Goes through the lines of a file of COLMAP's text models that are no comments.
-class ColmapLines {
- public:
-  /// Throws Error when the file cannot be read.
-  explicit ColmapLines(const std::string& path);
-
-  /// False at the end. An empty line is a line: that of an image without points.
-  bool Next();
-  std::vector<std::string_view> Words() const;
-  /// What follows so many words, to the end of the line: a name, which may have blanks.
-  std::string After(std::size_t words) const;
-  /// File and line, for messages.
-  std::string Place() const;
-  /// Throws Error, starting with the place.
-  [[noreturn]] void Fail(const std::string& what) const;
-  /// Throws Error when a word is no number.
-  double Number(std::string_view word) const;
-  /// The same as a whole number, at most 2^53 from 0: more digits than that a word cannot give.
-  std::int64_t Whole(std::string_view word) const;
-
- private:
-  std::string path_, text_;
-  std::string_view rest_, line_;
-  int number_ = 0;
-};
-
 /// Where a model is whose files end so, ".txt" or ".bin": the folder itself, colmap_ground_truth, sparse/0 or sparse in
 /// it; empty when there is none.
 std::string FindColmapModel(const std::string& folder, const std::string& extension);
-/// Where a text model is. Throws Error.
-std::string ColmapModelFolder(const std::string& folder);
 
 }  // namespace diffsac

@@ -17,10 +17,10 @@ bool IsPlain(const ConfigTree& tree) { return tree.kind != Kind::kMap && tree.ki
 /// Every value by its path, in order.
 void Flatten(const ConfigTree& tree, const std::string& path, Values* values) {
   const auto below = [&](const std::string& step) { return path.empty() ? step : path + "." + step; };
-  if (IsPlain(tree)) values->emplace_back(path, FlowText(tree));
+  if (IsPlain(tree)) values->emplace_back(path, FlowYaml(tree));
   for (const ConfigEntry& entry : tree.entries) Flatten(entry.value, below(entry.key), values);
   if (tree.kind != Kind::kSequence) return;
-  if (std::all_of(tree.items.begin(), tree.items.end(), IsPlain)) return values->push_back({path, FlowText(tree)});
+  if (std::all_of(tree.items.begin(), tree.items.end(), IsPlain)) return values->push_back({path, FlowYaml(tree)});
   for (std::size_t i = 0; i < tree.items.size(); ++i) {
     const ConfigTree* name = tree.items[i].Find("name");
     Flatten(tree.items[i], below(name != nullptr ? name->scalar : std::to_string(i)), values);

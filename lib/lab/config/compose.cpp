@@ -82,19 +82,18 @@ class Methods {
       PutIn(&whole, "preset", ConfigTree(*name));
     ConfigTree row = OnPresets(whole, "");
     if (row.Find("type") == nullptr && row.Find("sweep") == nullptr && row.Find("preset") != nullptr)
-      FailUnknown(*row.Find("preset"));
+      FailAt(*row.Find("preset"), "preset", "expected a type, or a preset; " + Unknown(row.Find("preset")->scalar));
     Expand(std::move(row), rows);
   }
 
  private:
   static constexpr int kMostNested = 16;
 
-  [[noreturn]] void FailUnknown(const ConfigTree& name) const {
+  std::string Unknown(const std::string& name) const {
     std::vector<std::string> known;
     for (const ConfigEntry& entry : presets_.entries) known.push_back(entry.key);
-    FailAt(name, "preset",
-           "no preset is named '" + name.scalar + "'" +
-               (known.empty() ? "" : "; did you mean '" + NearestWord(name.scalar, known) + "'?"));
+    return "no preset is named '" + name + "'" +
+           (known.empty() ? "" : "; did you mean '" + NearestWord(name, known) + "'?");
   }
 
   /// A name that is no preset of the file, or that of the preset itself, is one of its type's: it stays.
@@ -105,7 +104,7 @@ class Methods {
     base.kind = TreeKind::kMap;
     for (const std::string& name : Words(named, "preset")) {
       const ConfigTree* preset = name == own ? nullptr : presets_.Find(name);
-      if (preset == nullptr && base.Find("preset") != nullptr) FailUnknown(ScalarAt(named, name));
+      if (preset == nullptr && base.Find("preset") != nullptr) FailAt(named, "preset", Unknown(name));
       if (preset == nullptr) {
         PutIn(&base, "preset", ScalarAt(named, name, false));
         continue;
@@ -190,8 +189,9 @@ Config ComposeExperiment(const Config& config) {
   }
   if (ConfigTree* methods = root.Find("methods"); methods != nullptr && methods->kind != TreeKind::kScalar) {
     const ConfigTree list = NamedMethods(*methods);
+    const Methods onto(presets);
     *methods = ListAt(list);
-    for (const ConfigTree& method : list.items) Methods(presets).Add(method, methods);
+    for (const ConfigTree& method : list.items) onto.Add(method, methods);
   }
   return composed;
 }

@@ -13,31 +13,22 @@
 
 namespace diffsac {
 
-/// What a row with a network may write beside its type and checkpoint.
-template <class Options>
-struct LearnedKeys {
-  Options options;
-  Task task;
-  void Bind(OptionsBinder& b) {
-    BindModel(b, task, &options.model);
-    BindAny(b, options);
-  }
-};
-
 /// A row with a network: its own keys override the checkpoint's `inference` group, or the preset that it names, so that
-/// it says only what it changes.
+/// it says only what it changes. Without a type: the keys beside type and checkpoint, for their description.
 template <class Options>
 struct CheckpointRow {
-  std::string type;
-  std::string checkpoint;
-  LearnedKeys<Options> keys;
-  std::string preset = {};
-  std::vector<std::string> presets = {};
+  Options options;
+  Task task;
+  std::string preset;
+  std::vector<std::string> presets;
+  std::string type = {};
+  std::string checkpoint = {};
   void Bind(OptionsBinder& b) {
-    b.Choice("type", type, std::vector<std::string>{type});
+    if (!type.empty()) b.Choice("type", type, std::vector<std::string>{type});
     TypedOptions<Options>::BindPreset(b, presets, &preset);
-    b.Field("checkpoint", checkpoint);
-    keys.Bind(b);
+    if (!type.empty()) b.Field("checkpoint", checkpoint);
+    BindModel(b, task, &options.model);
+    BindAny(b, options);
   }
 };
 
@@ -86,9 +77,8 @@ struct RegisteredLearnedEstimator : Registered<EstimatorEntry> {
 
   static CheckpointRow<Options> Read(const Config& config, const TrainedConfig& trained, const Options& inherited,
                                      const Presets& presets) {
-    auto row = ReadOptions(
-        config, CheckpointRow<Options>{
-                    trained.method, {}, {inherited, trained.task}, PresetOf(config, presets.names), presets.names});
+    auto row = ReadOptions(config, CheckpointRow<Options>{inherited, trained.task, PresetOf(config, presets.names),
+                                                          presets.names, trained.method});
     row.checkpoint = trained.checkpoint;
     return row;
   }
@@ -103,7 +93,7 @@ struct RegisteredLearnedEstimator : Registered<EstimatorEntry> {
                                                                  const EstimatorContext& context) {
       const TrainedConfig trained = TrainedConfigOf(config, task, context);
       const Options inherited = inherited_of(config, trained);
-      const Options options = Read(config, trained, inherited, presets).keys.options;
+      const Options options = Read(config, trained, inherited, presets).options;
       const auto network = load(trained, options, context);
       CheckRow(KeysThatDiffer(config, ToConfig(inherited)), options, *network);
       return std::make_unique<Row>(network, options, context.threads);
@@ -113,7 +103,8 @@ struct RegisteredLearnedEstimator : Registered<EstimatorEntry> {
       return ToConfig(Read(config, trained, inherited_of(config, trained), presets));
     };
     entry.describe = [defaults, presets](Task task) {
-      return DescribeOptions(PresetKeys<LearnedKeys<Options>>{presets.names, {defaults, task}});
+      const std::string preset = presets.names.empty() ? "" : presets.names.front();
+      return DescribeOptions(CheckpointRow<Options>{defaults, task, preset, presets.names});
     };
     return entry;
   }

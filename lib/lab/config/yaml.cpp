@@ -218,6 +218,14 @@ std::string DumpYaml(const ConfigTree& tree) {
   return std::string(out.c_str()) + "\n";
 }
 
+std::string FlowYaml(const ConfigTree& tree) {
+  YAML::Emitter out;
+  out.SetSeqFormat(YAML::Flow);
+  out.SetMapFormat(YAML::Flow);
+  Emit(tree, out);
+  return out.c_str();
+}
+
 Config ConfigFromFile(const std::string& path) {
   std::vector<fs::path> open_files;
   return Config(LoadFile(path, open_files));

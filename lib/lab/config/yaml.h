@@ -30,5 +30,7 @@ std::string WriteYaml(Options options) {
 ConfigTree ParseYaml(const std::string& text, const ConfigPlace& place);
 /// Block style for maps, flow style for sequences of scalars.
 std::string DumpYaml(const ConfigTree& tree);
+/// On one line.
+std::string FlowYaml(const ConfigTree& tree);
 
 }  // namespace diffsac

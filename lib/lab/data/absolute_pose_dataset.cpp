@@ -1,4 +1,4 @@
-// Images of known scenes, as `diffsac_prepare pairs --format colmap_points` writes them: SCENE/scene_points.h5, a group
+// Images of known scenes, as `data_tools/convert.py colmap_points` writes them: SCENE/scene_points.h5, a group
 // an image with
 //   points   N × 5   X Y Z u v: the scene's unit, pixels without lens distortion
 //   ratios   N       of the nearest to the second-nearest descriptor's distance, lower is better
@@ -33,14 +33,11 @@ struct AbsolutePosesOptions {
   std::vector<std::string> paths;
   double inlier_threshold_px = 4.0;
   PairFilter filter;
-  NonFinitePoints non_finite = NonFinitePoints::kDrop;
 
   void Bind(OptionsBinder& b) {
-    b.Field("paths", paths).Help("scenes of `diffsac_prepare pairs --format colmap_points`, or folders of them");
+    b.Field("paths", paths).Help("scenes of `data_tools/convert.py colmap_points`, or folders of them");
     b.Field("inlier_threshold_px", inlier_threshold_px, Positive()).Help("ε, of the reprojection error, pixels");
     b.Field("max_ratio", filter.max_ratio, Limits{0.0, 1.0, true}).Help("only matches of at most this ratio");
-    b.Field("non_finite", non_finite)
-        .Help("points with a value that is no finite number: left out, with one warning an image, or an error");
     b.Require(!paths.empty(), "paths", "a list of folders");
   }
 };
@@ -90,7 +87,7 @@ class AbsolutePoses : public Dataset {
         const std::string name = file.getObjnameByIdx(i);
         const std::string place = path + ":/" + name;
         Example example = ReadImage(file.openGroup(name), options.inlier_threshold_px, place);
-        example = Filtered(WithFinitePoints(std::move(example), options.non_finite, place), options.filter);
+        example = Filtered(WithFinitePoints(std::move(example), place), options.filter);
         example.index = examples_.size();
         example.scene = scene.name;
         example.id = scene.name + "/" + name;
@@ -103,7 +100,7 @@ class AbsolutePoses : public Dataset {
 };
 
 const RegisteredDataset<AbsolutePosesOptions> kAbsolutePoses(
-    "absolute_poses", DataSource::kFiles, "Images of known scenes (`diffsac_prepare pairs --format colmap_points`).",
+    "absolute_poses", DataSource::kFiles, "Images of known scenes (`data_tools/convert.py colmap_points`).",
     [](const AbsolutePosesOptions& options, std::uint64_t) { return std::make_unique<AbsolutePoses>(options); });
 
 }  // namespace

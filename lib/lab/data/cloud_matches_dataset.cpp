@@ -33,14 +33,11 @@ struct CloudMatchesOptions {
   std::vector<std::string> paths;
   Task task = Task::kRigid;
   double inlier_threshold = 0.0;
-  NonFinitePoints non_finite = NonFinitePoints::kDrop;
 
   void Bind(OptionsBinder& b) {
     b.Field("paths", paths).Help("scenes of `convert.py registration`, or folders of them");
     b.Field("task", task, {Task::kRigid, Task::kSimilarity}).Help("what is estimated");
     b.Field("inlier_threshold", inlier_threshold, AtLeast(0.0)).Help("ε in the clouds' unit; 0: each file's own");
-    b.Field("non_finite", non_finite)
-        .Help("matches with a value that is no finite number: left out, with one warning a pair, or an error");
     b.Require(!paths.empty(), "paths", "a list of folders");
   }
 };
@@ -90,7 +87,7 @@ class CloudPairs : public Dataset {
       const H5::H5File file = OpenHdf5(path);
       for (hsize_t i = 0; i < file.getNumObjs(); ++i) {
         const std::string name = file.getObjnameByIdx(i), place = path + ":/" + name;
-        Example example = WithFinitePoints(ReadPair(file.openGroup(name), options, place), options.non_finite, place);
+        Example example = WithFinitePoints(ReadPair(file.openGroup(name), options, place), place);
         example.index = examples_.size();
         example.scene = scene.name;
         example.id = scene.name + "/" + name;

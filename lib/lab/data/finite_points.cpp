@@ -15,15 +15,13 @@ std::vector<int> FiniteRows(const PointMatrix& points) {
   return finite;
 }
 
-Example WithFinitePoints(Example example, NonFinitePoints non_finite, const std::string& where) {
+Example WithFinitePoints(Example example, const std::string& where) {
   const PointMatrix& points = example.problem.points;
   if (points.allFinite()) return example;
   const std::vector<int> finite = FiniteRows(points);
   const auto bad = static_cast<std::size_t>(points.rows()) - finite.size();
-  const std::string text =
-      where + ": " + std::to_string(bad) + " of " + std::to_string(points.rows()) + " points are not finite";
-  if (non_finite == NonFinitePoints::kError) throw Error(text + " (non_finite: drop leaves such points out)");
-  WarnOnce(text + " and are left out");
+  WarnOnce(where + ": " + std::to_string(bad) + " of " + std::to_string(points.rows()) +
+           " points are not finite and are left out");
   return WithRows(example, finite);
 }
 

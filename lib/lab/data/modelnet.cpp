@@ -11,7 +11,7 @@
 #include "diffsac/core/status.h"
 #include "lab/config/dataset_registry.h"
 #include "lab/data/depth_buffer.h"
-#include "lab/data/mesh_surface.h"
+#include "lab/data/off_mesh.h"
 
 namespace diffsac {
 namespace {
@@ -24,6 +24,31 @@ constexpr double kLeastDepth = 1e-6;
 // Views are drawn again when fewer than one point in so many is seen by both.
 constexpr int kDrawsPerPoint = 60;
 constexpr int kViewTries = 20;
+
+// OFF files in the order of the paths: files as they stand, and those below folders in the order of their names, only
+// from folders named `subset` unless that is empty.
+std::vector<std::string> FindMeshes(const std::vector<std::string>& paths, const std::string& subset) {
+  std::vector<std::string> found;
+  for (const std::string& path : paths) {
+    std::error_code code;
+    if (fs::is_regular_file(path, code)) {
+      found.push_back(path);
+      continue;
+    }
+    if (!fs::is_directory(path, code)) throw Error(path + ": no such file or folder");
+    const auto first = static_cast<std::ptrdiff_t>(found.size());
+    for (const auto& entry : fs::recursive_directory_iterator(path)) {
+      const std::string extension = entry.path().extension().string();
+      if (entry.is_regular_file() && (extension == ".off" || extension == ".OFF") &&
+          (subset.empty() || entry.path().parent_path().filename() == subset))
+        found.push_back(entry.path().string());
+    }
+    std::sort(found.begin() + first, found.end());
+  }
+  if (found.empty())
+    throw Error("modelnet40: no OFF files in the given paths" + (subset.empty() ? "" : " (subset " + subset + ")"));
+  return found;
+}
 
 // World-to-camera, from `position` towards `target`, turned about the axis by `roll_deg`.
 RigidMotion LookAt(const Eigen::Vector3d& position, const Eigen::Vector3d& target, double roll_deg) {
@@ -51,7 +76,7 @@ class Modelnet : public GeneratedDataset {
                          "modelnet40_" + ToString(options.task) + "/" + options.split + "/", seed),
         options_(options),
         task_(options.task),
-        meshes_(FindMeshes("modelnet40", options.paths, options.subset)),
+        meshes_(FindMeshes(options.paths, options.subset)),
         cache_(options.cached_meshes) {}
 
   Task task() const override { return task_; }
@@ -151,14 +176,6 @@ void ModelnetOptions::Bind(OptionsBinder& b) {
   b.Field("subset", subset).Help("only files in a folder of this name (train, test); empty: all");
   b.Field("task", task, {Task::kFundamental, Task::kEssential}).Help("what is estimated");
   matches.Bind(b);
-  cameras.Bind(b);
-  b.Field("fill", fill, Within(0.05, 10.0)).Help("radius of the mesh in the image over half of the shorter side");
-  b.Field("view_angle_deg", view_angle_deg, Within(0.1, 180.0)).Help("between the two viewing directions");
-  b.Field("roll_deg", roll_deg, Within(0.0, 180.0)).Help("turn of each camera about its axis, up to this either way");
-  b.Field("aim_offset", aim_offset, Within(0.0, 0.5))
-      .Help("each camera looks at a point up to this far from the centre, in radii");
-  b.Field("depth_tolerance", depth_tolerance, Within(0.0, 1.0)).Help("of the depth test, in radii");
-  b.Field("cached_meshes", cached_meshes, AtLeast(1)).Help("meshes kept in memory");
   BindStream(b, "its name, of the random numbers; it does not choose meshes");
   b.Require(!paths.empty(), "paths", "a list of OFF files or folders");
 }

@@ -25,7 +25,9 @@ struct ModelnetOptions : GeneratorOptions {
   /// Its keys stand beside the others. Defaults as in the paper where it names them: N = 200, outlier ratio 0.1 … 0.6,
   /// ε = 4 px; σ = 0.25 px, uniform outliers, no ratios.
   SyntheticMatchesOptions matches;
-  /// Likewise: 640 × 480, focal length 0.9 … 1.5 times the width, one camera for both views, principal point in the
+  // No keys from here on.
+
+  /// 640 × 480, focal length 0.9 … 1.5 times the width, one camera for both views, principal point in the
   /// middle.
   VirtualCameraOptions cameras;
 

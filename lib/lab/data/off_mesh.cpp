@@ -138,4 +138,25 @@ TriangleMesh InUnitSphere(TriangleMesh mesh) {
   return mesh;
 }
 
+MeshSurface::MeshSurface(const std::string& path) : mesh_(InUnitSphere(ReadOff(path))) {
+  double area = 0.0;
+  for (const auto& t : mesh_.triangles) {
+    const Eigen::Vector3d& a = mesh_.vertices[t[0]];
+    area += 0.5 * (mesh_.vertices[t[1]] - a).cross(mesh_.vertices[t[2]] - a).norm();
+    cumulative_area_.push_back(area);
+  }
+}
+
+Eigen::Vector3d MeshSurface::Sample(Rng& rng, int* triangle) const {
+  const double pick = rng.Uniform() * cumulative_area_.back();
+  const auto at = std::upper_bound(cumulative_area_.begin(), cumulative_area_.end() - 1, pick);
+  *triangle = static_cast<int>(at - cumulative_area_.begin());
+  // The unit square folded over its diagonal.
+  double s = rng.Uniform(), t = rng.Uniform();
+  if (s + t > 1.0) s = 1.0 - s, t = 1.0 - t;
+  const auto& corners = mesh_.triangles[*triangle];
+  const Eigen::Vector3d& a = mesh_.vertices[corners[0]];
+  return a + s * (mesh_.vertices[corners[1]] - a) + t * (mesh_.vertices[corners[2]] - a);
+}
+
 }  // namespace diffsac

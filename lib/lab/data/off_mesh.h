@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "diffsac/core/random.h"
+
 namespace diffsac {
 
 /// A surface of triangles.
@@ -25,5 +27,20 @@ TriangleMesh ReadOff(const std::string& path);
 /// The mesh moved and scaled into the unit sphere: the centre of its bounding box to the origin, the farthest vertex of
 /// a triangle to distance 1.
 TriangleMesh InUnitSphere(TriangleMesh mesh);
+
+/// A mesh in the unit sphere, ready for drawing points uniform on its surface.
+class MeshSurface {
+ public:
+  /// Reads an OFF file. Throws Error as ReadOff.
+  explicit MeshSurface(const std::string& path);
+
+  const TriangleMesh& mesh() const { return mesh_; }
+  /// A triangle by its area, then a uniform point of it.
+  Eigen::Vector3d Sample(Rng& rng, int* triangle) const;
+
+ private:
+  TriangleMesh mesh_;
+  std::vector<double> cumulative_area_;
+};
 
 }  // namespace diffsac

@@ -27,7 +27,7 @@ PairReadingOptions ReadingOf(const PairsOptions& options) {
   const bool plane = options.dominant_plane && options.task == Task::kHomography;
   const double threshold = options.inlier_threshold_px;
   return {options.descriptors, options.refine_truth_px, plane ? threshold : 0.0, options.instances ? threshold : 0.0,
-          options.task,        options.non_finite};
+          options.task};
 }
 
 // The part of a scene's pairs that is asked for, thinned to `max_pairs`.
@@ -43,24 +43,6 @@ std::vector<std::int64_t> PairsOf(std::int64_t size, const PairsOptions& options
 
 bool HasLabels(const Example& pair) {
   return static_cast<Eigen::Index>(pair.truth.assignment.size()) == pair.problem.points.rows();
-}
-
-void GiveHints(const PairsOptions& options, Example* pair) {
-  if (!pair->truth.cameras) return;
-  const auto& [K1, K2] = *pair->truth.cameras;
-  Problem& problem = pair->problem;
-  if (options.principal_points) {
-    problem.camera_prior1.principal_point = Eigen::Vector2d(K1(0, 2), K1(1, 2));
-    problem.camera_prior2.principal_point = Eigen::Vector2d(K2(0, 2), K2(1, 2));
-  }
-  if (!(options.focal_hint_log_sigma > 0.0)) return;
-  Rng rng = Rng(0).Fork("focal_hint/" + pair->id);
-  const auto factor = [&] { return std::exp(options.focal_hint_log_sigma * rng.Normal()); };
-  const double factor1 = factor();
-  // One camera took both images where their focal length is one.
-  const double factor2 = options.task == Task::kTwoFocals ? factor() : factor1;
-  problem.camera_prior1.focal = FocalPrior{factor1 * 0.5 * (K1(0, 0) + K1(1, 1)), options.focal_hint_log_sigma};
-  problem.camera_prior2.focal = FocalPrior{factor2 * 0.5 * (K2(0, 0) + K2(1, 1)), options.focal_hint_log_sigma};
 }
 
 // A view of the pairs of some scenes: filtered, as problems of one task.
@@ -87,7 +69,6 @@ class PairDataset : public Dataset {
     if (index >= places_.size()) throw Error("there is no pair " + std::to_string(index) + " in this data");
     Example example = Filtered(*Pair(places_[index]), options_.filter);
     SetTask(task_, options_.inlier_threshold_px, &example);
-    GiveHints(options_, &example);
     if (options_.instances) ArrangeInstancesOf(task_, &example.truth);
     example.index = index;
     return example;
@@ -182,13 +163,6 @@ void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
   b.Field("max_pairs", max_pairs, AtLeast(0)).Help("at most so many pairs of it, evenly spread; 0 keeps all");
   b.Field("refine_truth_px", refine_truth_px, AtLeast(0.0))
       .Help("the truth is first refined on the matches near it, truncated at so many pixels (poses stay); 0: as given");
-  const bool unknown_focal = FindsFocals(task);
-  b.Field("focal_hint_log_sigma", focal_hint_log_sigma, AtLeast(0.0))
-      .OnlyIf(unknown_focal, "task: shared_focal, one_focal or two_focals")
-      .Help("σ of log f of a prior about the true focal length, drawn for each pair, as EXIF would give it; 0: none");
-  b.Field("principal_points", principal_points)
-      .OnlyIf(unknown_focal, "task: shared_focal, one_focal or two_focals")
-      .Help("whether the true principal points are given; else they are the images' centres");
   b.Field("dominant_plane", dominant_plane)
       .OnlyIf(task == Task::kHomography, "task: homography")
       .Help("the homography of a pair that has a pose alone: the one that most true matches follow");
@@ -201,8 +175,6 @@ void PairsOptions::Bind(OptionsBinder& b, const char* ratio_key) {
   b.Field("shuffle", shuffle).Help("pairs of all scenes in one random order, by the seed; else scene by scene");
   b.Field("empty_pairs", empty_pairs)
       .Help("a pair without matches: an error that names file and key, or a problem without points");
-  b.Field("non_finite", non_finite)
-      .Help("matches with a coordinate that is no finite number: left out, with one warning a pair, or an error");
   b.Field("descriptors", descriptors).Help("whether descriptors.h5 is read where it is there");
   b.Field("descriptor_noise", filter.descriptor_noise, AtLeast(0.0))
       .OnlyIf(descriptors, "descriptors: true")

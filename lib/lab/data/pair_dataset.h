@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "diffsac/problem/tasks.h"
-#include "lab/data/finite_points.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_scenes.h"
 #include "lab/ground_truth/example.h"
@@ -40,11 +39,6 @@ struct PairsOptions {
   /// For training: inliers and models come from the truth refined on the matches near it (lab/data/fitted_truth.h),
   /// truncated at so many pixels; 0 takes the source's truth.
   double refine_truth_px = 0.0;
-  /// Tasks of unknown focal length: the problem's prior of it is as EXIF's would be, log-normal about the true one with
-  /// this standard deviation; what is drawn depends on the pair's id alone. 0: none, that of cameras in general.
-  double focal_hint_log_sigma = 0.0;
-  /// The same tasks: whether the true principal points are given. Else they are the images' centres.
-  bool principal_points = false;
   /// Task homography, pairs that have a pose but no homography: the truth is that of most true matches
   /// (lab/data/fitted_truth.h); where there is none, the example has no true model and no inliers.
   bool dominant_plane = false;
@@ -56,7 +50,6 @@ struct PairsOptions {
   /// Pairs of all scenes in one random order (decided by the seed of the run), for training; else scene by scene.
   bool shuffle = false;
   EmptyPairs empty_pairs = EmptyPairs::kError;
-  NonFinitePoints non_finite = NonFinitePoints::kDrop;
   bool descriptors = false;  ///< Whether descriptors.h5 is read where it is there.
 
   /// `ratio_key`: the name of filter.max_ratio.

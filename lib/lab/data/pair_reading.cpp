@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "lab/data/finite_points.h"
 #include "lab/data/fitted_truth.h"
 
 namespace diffsac {
@@ -127,7 +128,7 @@ std::shared_ptr<const Example> PairReading::Pair(std::int64_t position) const {
 }
 
 std::shared_ptr<const Example> PairReading::Read(std::int64_t position) const {
-  auto pair = std::make_shared<Example>(WithFinitePoints(files_.Read(position), options_.non_finite, Where(position)));
+  auto pair = std::make_shared<Example>(WithFinitePoints(files_.Read(position), Where(position)));
   pair->scene = name_;
   pair->id = name_ + "/" + pair->id;
   GroundTruth& truth = pair->truth;

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "lab/data/finite_points.h"
 #include "lab/data/pair_scenes.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/ground_truth/example.h"
@@ -21,7 +20,6 @@ struct PairReadingOptions {
   double dominant_plane_px = 0.0;  ///< DominantHomography (lab/data/fitted_truth.h) with this threshold; 0: not.
   double instances_px = 0.0;       ///< FitInstances (lab/data/fitted_truth.h) of the labels with this loss; 0: not.
   Task instances_task = {};        ///< Of which models these are.
-  NonFinitePoints non_finite = NonFinitePoints::kDrop;
   auto operator<=>(const PairReadingOptions&) const = default;
 };
 

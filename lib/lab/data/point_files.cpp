@@ -19,14 +19,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kType = "point_sets";
+constexpr const char *kType = "point_sets", *kExtensions = ".ply, .csv, .txt, .xyz, .dat or .tsv";
 
-enum class FileKind { kUnknown, kHdf5, kPly, kText };
+enum class FileKind { kUnknown, kPly, kText };
 
 FileKind KindOf(const fs::path& path) {
   std::string extension = path.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (extension == ".h5" || extension == ".hdf5") return FileKind::kHdf5;
   if (extension == ".ply") return FileKind::kPly;
   for (const char* text : {".csv", ".txt", ".xyz", ".dat", ".tsv"})
     if (extension == text) return FileKind::kText;
@@ -40,8 +39,7 @@ std::vector<std::string> FilesOf(const std::string& folder) {
   for (fs::directory_iterator it(folder, code), end; !code && it != end; it.increment(code))
     if (it->is_regular_file() && KindOf(it->path()) != FileKind::kUnknown) files.push_back(it->path().string());
   if (code) throw Error(folder + ": cannot list this folder: " + code.message());
-  if (files.empty())
-    throw Error(folder + ": no point files here; expected .h5, .hdf5, .ply, .csv, .txt, .xyz, .dat or .tsv");
+  if (files.empty()) throw Error(folder + ": no point files here; expected " + kExtensions);
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -81,7 +79,6 @@ double ThresholdFor(const PointSetsOptions& options, const PointSet& set) {
     // Equal or unusable points have no extent; any positive threshold lets the estimators report them.
     return options.inlier_threshold_relative * (diagonal > 0.0 ? diagonal : 1.0);
   }
-  if (set.inlier_threshold > 0.0) return set.inlier_threshold;
   throw Error(set.name + ": no inlier threshold: set inlier_threshold (data units) or inlier_threshold_relative");
 }
 
@@ -104,7 +101,6 @@ class PointSetsDataset : public Dataset, public HasPointSources {
   explicit PointSetsDataset(const PointSetsOptions& options) : task_(options.task) {
     for (const std::string& path : options.paths)
       for (auto& [file, set] : ReadPath(path)) Add(options, file, std::move(set));
-    if (examples_.empty()) throw Error(options.paths.front() + ": no point sets in this file");
   }
 
   Task task() const override { return task_; }
@@ -117,22 +113,20 @@ class PointSetsDataset : public Dataset, public HasPointSources {
     if (set.points.cols() == 2 && PointDimension(task_) == 3 && !set.columns.empty())
       throw Error(file + ": no column z, which the task " + ToString(task_) + " needs; its columns are " + set.columns);
     if (set.points.cols() != PointDimension(task_))
-      throw Error(file + ": " + set.name + " has " + std::to_string(set.points.cols()) + " columns, but the task " +
-                  ToString(task_) + " needs " + std::to_string(PointDimension(task_)));
+      throw Error(file + ": " + std::to_string(set.points.cols()) + " columns, but the task " + ToString(task_) +
+                  " needs " + std::to_string(PointDimension(task_)));
     Example example;
     example.id = UniqueId(set.name);
     example.scene = std::move(set.scene);
     example.problem.task = task_;
     example.problem.inlier_threshold = ThresholdFor(options, set);
     example.problem.points = std::move(set.points);
-    example.truth = std::move(set.truth);
-    const std::string where = set.name == fs::path(file).filename() ? file : file + ": " + set.name;
-    if (example.problem.points.rows() == 0) throw Error(where + ": no points");
+    if (example.problem.points.rows() == 0) throw Error(file + ": no points");
     PointSource source{file, set.name, {}, example.problem.points.rows()};
     const std::vector<int> finite = FiniteRows(example.problem.points);
     if (static_cast<std::int64_t>(finite.size()) < source.total) source.rows.assign(finite.begin(), finite.end());
-    example = WithFinitePoints(std::move(example), options.non_finite, where);
-    if (example.problem.points.rows() == 0) throw Error(where + ": no finite points");
+    example = WithFinitePoints(std::move(example), file);
+    if (example.problem.points.rows() == 0) throw Error(file + ": no finite points");
     TakeSubset(options.max_points, options.seed, &example, &source);
     example.index = examples_.size();
     examples_.push_back(std::move(example));
@@ -157,17 +151,8 @@ class PointSetsDataset : public Dataset, public HasPointSources {
 std::vector<PointSet> ReadPointFile(const std::string& path) {
   std::error_code code;
   if (!fs::exists(path, code)) throw Error(path + ": no such file");
-  switch (KindOf(path)) {
-    case FileKind::kHdf5:
-      return ReadHdf5Points(path);
-    case FileKind::kPly:
-      return {ReadPlyPoints(path)};
-    case FileKind::kText:
-      return {ReadTextPoints(path)};
-    case FileKind::kUnknown:
-      break;
-  }
-  throw Error(path + ": unknown kind of file; expected .h5, .hdf5, .ply, .csv, .txt, .xyz, .dat or .tsv");
+  if (KindOf(path) == FileKind::kUnknown) throw Error(path + ": unknown kind of file; expected " + kExtensions);
+  return {KindOf(path) == FileKind::kPly ? ReadPlyPoints(path) : ReadTextPoints(path)};
 }
 
 bool IsPointSets(const Config& data) { return data.Has("type") && data.Text("type") == kType; }
@@ -178,14 +163,10 @@ void PointSetsOptions::Bind(OptionsBinder& b) {
   b.Field("paths", paths)
       .Help("files, or folders whose readable files are taken in the order of their names (not recursively)");
   b.Field("task", task, {Task::kLine, Task::kPlane}).Help("2 or 3 columns");
-  b.Field("inlier_threshold", inlier_threshold, AtLeast(0.0))
-      .Help("ε in the data's unit; 0: as the next option or the file says");
+  b.Field("inlier_threshold", inlier_threshold, AtLeast(0.0)).Help("ε in the data's unit; 0: as the next option says");
   b.Field("inlier_threshold_relative", inlier_threshold_relative, Within(0.0, 1.0))
       .Help("ε as a share of the diagonal of the set's bounding box (finite points); 0: not used");
   b.Field("unit", unit).Help("of the coordinates, as results name it (m, mm); empty: it is not said");
-  b.Field("non_finite", non_finite)
-      .Help(
-          "points with a value that is no finite number: left out, with one warning, or an error that names the file");
   b.Field("max_points", max_points, AtLeast(0))
       .Help("larger sets are reduced to a random subset of this size, in the order of the file; 0 keeps all points");
   b.Field("seed", seed)
@@ -204,7 +185,7 @@ std::unique_ptr<Dataset> MakePointSets(const PointSetsOptions& options) {
 namespace {
 
 const RegisteredDataset<PointSetsOptions> kPointSets(kType, DataSource::kFiles,
-                                                     "Points of your own: HDF5, PLY or text files (lines and planes).",
+                                                     "Points of your own: PLY or text files (lines and planes).",
                                                      [](const PointSetsOptions& options, std::uint64_t) {
                                                        return MakePointSets(options);
                                                      });

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "diffsac/problem/tasks.h"
-#include "lab/data/finite_points.h"
 #include "lab/ground_truth/example.h"
 #include "lab/options/options.h"
 
@@ -14,29 +13,17 @@ namespace diffsac {
 
 /// One point set as it stands in a file.
 struct PointSet {
-  std::string name;               ///< The file's name, or "file:key" for a set inside an HDF5 file.
-  std::string scene;              ///< The HDF5 file's stem, or the name of the folder that holds a text or PLY file.
-  PointMatrix points;             ///< N × 2 or N × 3; NaN and infinities are kept.
-  GroundTruth truth;              ///< What the file gives; text and PLY files give none.
-  double inlier_threshold = 0.0;  ///< ε, 0 when the file gives none.
-  std::string columns = {};       ///< The names in a text file's header, for messages: "'id', 'x', 'y'".
+  std::string name;          ///< The file's.
+  std::string scene;         ///< The name of the folder that holds it.
+  PointMatrix points;        ///< N × 2 or N × 3; NaN and infinities are kept.
+  std::string columns = {};  ///< The names in a text file's header, for messages: "'id', 'x', 'y'".
 };
 
-/// Reads a file by its extension; the readers stand below. All throw Error naming the file (and the line or data set).
-///   .h5 .hdf5                  several sets
-///   .ply                       one set
-///   .csv .txt .xyz .dat .tsv   one set
+/// Reads a file by its extension, .ply or one of text; the readers stand below. All throw Error naming the file (and
+/// the line).
+///   .ply
+///   .csv .txt .xyz .dat .tsv
 std::vector<PointSet> ReadPointFile(const std::string& path);
-
-/// HDF5. Each object of the root, in the order of the names, is a point set:
-///   a data set N×2 or N×3 of numbers, or
-///   a group with such a data set `points` and, optionally, each as data set or attribute:
-///     `model`             D + 1 numbers, the ground truth; scaled to |n| = 1
-///     `inliers`           N numbers, non-zero for a true inlier
-///     `inlier_threshold`  ε, a number
-///     `id`, `scene`       strings (attributes only), instead of the names made from the file
-/// A bare data set may carry the same as attributes.
-std::vector<PointSet> ReadHdf5Points(const std::string& path);
 
 /// The columns of a text file, by the names that a header gives them; without a header in this order.
 struct TextColumns {
@@ -69,12 +56,11 @@ struct PointSetsOptions {
   /// Files, or folders whose readable files are taken in the order of their names (not recursively).
   std::vector<std::string> paths;
   Task task = Task::kLine;  ///< kLine | kPlane: 2 or 3 columns
-  /// ε in the data's unit; 0: as the next option or the file says.
+  /// ε in the data's unit; 0: as the next option says.
   double inlier_threshold = 0.0;
   /// ε as a share of the diagonal of the set's bounding box (finite points); 0: not used.
   double inlier_threshold_relative = 0.0;
   std::string unit;  ///< Of the coordinates, as results name it ("m"); empty: it is not said.
-  NonFinitePoints non_finite = NonFinitePoints::kDrop;
   /// Larger sets are reduced to a random subset of this size, in the order of the file; 0 keeps all points.
   int max_points = 0;
   /// Of the random subsets. The seed of a run leaves them alone, so that all runs see the same points.
@@ -88,14 +74,14 @@ bool IsTextPointFile(const std::string& path);
 /// Whether the configuration of a data set is one of these (type: point_sets).
 bool IsPointSets(const Config& data);
 
-/// Reads everything at once (the HDF5 library is not thread-safe), so `Get` is a copy. The data set has PointSources
+/// Reads everything at once, so `Get` is a copy. The data set has PointSources
 /// (lab/data/point_files.h). Throws Error.
 std::unique_ptr<Dataset> MakePointSets(const PointSetsOptions& options);
 
 /// Where the points of a problem come from.
 struct PointSource {
   std::string path;  ///< The file.
-  std::string name;  ///< Of the set in it (PointSet::name).
+  std::string name;  ///< PointSet::name.
   /// Which of the file's points the problem has, ascending; empty: all of them.
   std::vector<std::int32_t> rows;
   std::int64_t total = 0;  ///< Points in the file.

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <charconv>
 #include <cstdint>
@@ -19,8 +18,6 @@ namespace diffsac {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the byte order of the machine is assumed below");
-
-enum class Encoding { kAscii, kLittleEndian, kBigEndian };
 
 template <class T>
 double ValueOf(const char* bytes) {
@@ -43,53 +40,31 @@ constexpr Scalar kScalars[] = {
     {"float", "float32", 4, ValueOf<float>},      {"double", "float64", 8, ValueOf<double>}};
 
 struct Property {
-  std::string name;
+  std::string_view name;
   const Scalar* type = nullptr;
   const Scalar* list_count = nullptr;  // the type of the list's length; null for a single value
 };
 
 struct Element {
-  std::string name;
+  std::string_view name;
   std::uint64_t count = 0;
-  std::vector<Property> properties;
+  std::vector<Property> properties = {};
 };
 
-struct Header {
-  Encoding encoding = Encoding::kAscii;
-  std::vector<Element> elements;
-};
-
-// Reads the header line by line; what is left of the text is the data.
-class HeaderReader {
+// Reads the header, then row after row of what follows it.
+class PlyReader {
  public:
-  HeaderReader(const std::string& path, std::string_view text) : path_(path), rest_(text) {}
+  PlyReader(const std::string& path, std::string_view text) : path_(path), rest_(text) {}
 
-  Header Read() {
-    std::string_view line = NextLine();
-    if (line != "ply") Fail("not a PLY file: expected 'ply' in the first line");
-    bool has_format = false;
-    for (;;) {
-      line = NextLine();
-      const auto words = SplitWords(line, " \t");
-      if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
-      if (words[0] == "end_header") break;
-      if (words[0] == "format") {
-        ReadFormat(words);
-        has_format = true;
-      } else if (words[0] == "element") {
-        ReadElement(words);
-      } else if (words[0] == "property") {
-        ReadProperty(words);
-      } else {
-        Fail("unknown PLY header line '" + std::string(line.substr(0, 60)) + "'");
-      }
+  PointMatrix Read() {
+    ReadHeader();
+    for (const Element& element : elements_) {
+      if (element.name == "vertex") return ReadVertices(element);
+      // Rows without a value take no bytes, however many there are.
+      for (std::uint64_t i = 0; i < element.count && !element.properties.empty(); ++i) ReadRow(element, i);
     }
-    if (!has_format) Fail("PLY header without a format line");
-    return std::move(header_);
+    throw Error(path_ + ": no element 'vertex' in this PLY file");
   }
-
-  std::string_view rest() const { return rest_; }
-  int line() const { return line_; }
 
  private:
   using Words = std::vector<std::string_view>;
@@ -98,37 +73,44 @@ class HeaderReader {
     throw Error(path_ + ":" + std::to_string(line_) + ": " + message);
   }
 
-  std::string_view NextLine() {
+  std::string_view NextLine(const std::string& expected) {
     std::string_view line;
     ++line_;
-    if (!TakeLine(&rest_, &line)) Fail("truncated PLY header: no end_header");
+    if (!TakeLine(&rest_, &line)) throw Error(path_ + ": truncated: the file ends at " + expected);
     return line;
   }
 
-  void ReadFormat(const Words& words) {
-    const std::string_view name = words.size() > 1 ? words[1] : "";
-    if (name == "ascii") {
-      header_.encoding = Encoding::kAscii;
-    } else if (name == "binary_little_endian") {
-      header_.encoding = Encoding::kLittleEndian;
-    } else if (name == "binary_big_endian") {
-      header_.encoding = Encoding::kBigEndian;
-    } else {
-      Fail("unknown PLY format '" + std::string(name) + "': expected ascii, binary_little_endian or binary_big_endian");
+  void ReadHeader() {
+    if (NextLine("its first line") != "ply") Fail("not a PLY file: expected 'ply' in the first line");
+    for (;;) {
+      const std::string_view line = NextLine("its header");
+      const Words words = SplitWords(line, " \t");
+      if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
+      if (words[0] == "end_header") break;
+      if (words[0] == "format" && words.size() > 1)
+        format_ = words[1];
+      else if (words[0] == "element" && words.size() == 3)
+        elements_.push_back({words[1], Count(words[2])});
+      else if (words[0] == "property" && !elements_.empty() && (words.size() == 3 || words.size() == 5))
+        elements_.back().properties.push_back(PropertyOf(words));
+      else
+        Fail("PLY header line '" + std::string(line.substr(0, 60)) + "': expected a format, element or property");
     }
+    ascii_ = format_ == "ascii", big_ = format_ == "binary_big_endian";
+    if (!ascii_ && !big_ && format_ != "binary_little_endian")
+      Fail("PLY format '" + std::string(format_) + "': expected ascii, binary_little_endian or binary_big_endian");
   }
 
-  void ReadElement(const Words& words) {
-    Element element;
-    if (words.size() == 3) {
-      element.name = words[1];
-      const auto result = std::from_chars(words[2].data(), words[2].data() + words[2].size(), element.count);
-      if (result.ec == std::errc() && result.ptr == words[2].data() + words[2].size()) {
-        header_.elements.push_back(std::move(element));
-        return;
-      }
-    }
-    Fail("expected 'element <name> <count>'");
+  std::uint64_t Count(std::string_view word) const {
+    std::uint64_t count = 0;
+    const auto result = std::from_chars(word.data(), word.data() + word.size(), count);
+    if (result.ec != std::errc() || result.ptr != word.data() + word.size()) Fail("expected 'element <name> <count>'");
+    return count;
+  }
+
+  Property PropertyOf(const Words& words) const {
+    const bool list = words.size() == 5;
+    return {words.back(), TypeOf(words[words.size() - 2]), list ? TypeOf(words[2]) : nullptr};
   }
 
   const Scalar* TypeOf(std::string_view word) const {
@@ -137,178 +119,74 @@ class HeaderReader {
     Fail("unknown PLY type '" + std::string(word) + "'");
   }
 
-  void ReadProperty(const Words& words) {
-    if (header_.elements.empty()) Fail("PLY property before any element");
-    const bool list = words.size() == 5 && words[1] == "list";
-    if (!list && words.size() != 3) Fail("expected 'property <type> <name>' or 'property list <type> <type> <name>'");
-    Property property;
-    property.name = words.back();
-    property.type = TypeOf(words[words.size() - 2]);
-    if (list) property.list_count = TypeOf(words[2]);
-    header_.elements.back().properties.push_back(std::move(property));
-  }
-
-  std::string path_;
-  std::string_view rest_;
-  int line_ = 0;
-  Header header_;
-};
-
-// Reads one value after another.
-class ValueReader {
- public:
-  ValueReader(const std::string& path, Encoding encoding, std::string_view data, int line)
-      : path_(path), encoding_(encoding), data_(data), line_(line) {}
-
-  /// `what` stands in messages.
-  double Read(const Scalar& type, const std::string& what) {
-    return encoding_ == Encoding::kAscii ? ReadWord(what) : ReadBinary(type, what);
-  }
-
-  std::size_t left() const { return data_.size(); }
-
-  /// In text a row is a line: of fewer or more values than its element has, all that follow would be another's.
-  void BeginRow() { in_row_ = false; }
-  void EndRow(const std::string& what) const {
-    const std::size_t next = data_.find_first_not_of(" \t\r");
-    if (encoding_ == Encoding::kAscii && in_row_ && next != std::string_view::npos && data_[next] != '\n')
-      FailAt(what + " has more values than the header says");
-  }
-
-  /// How many more lines with something in them there are.
-  std::uint64_t LinesLeft() const {
-    std::string_view rest = data_, line;
-    std::uint64_t count = 0;
-    while (TakeLine(&rest, &line)) count += line.find_first_not_of(" \t\r") != std::string_view::npos ? 1 : 0;
-    return count;
-  }
-
- private:
-  [[noreturn]] void FailAt(const std::string& problem) const {
-    throw Error(path_ + ":" + std::to_string(line_ + 1) + ": " + problem);
-  }
-
-  double ReadWord(const std::string& what) {
-    std::size_t start = 0;
-    bool ended = false;
-    while (start < data_.size() && std::string_view(" \t\r\n").find(data_[start]) != std::string_view::npos)
-      ended = data_[start++] == '\n' || ended;
-    if (start == data_.size()) throw Error(path_ + ": truncated: the file ends at " + what);
-    if (ended && in_row_) FailAt(what + " has fewer values than the header says");
-    line_ += static_cast<int>(std::count(data_.begin(), data_.begin() + static_cast<std::ptrdiff_t>(start), '\n'));
-    data_.remove_prefix(start);
-    in_row_ = true;
-    const std::size_t end = std::min(data_.find_first_of(" \t\r\n"), data_.size());
-    double value = 0.0;
-    if (!ParseNumber(data_.substr(0, end), &value))
-      FailAt("expected a number, found '" + std::string(data_.substr(0, std::min<std::size_t>(end, 40))) + "'");
-    data_.remove_prefix(end);
-    return value;
-  }
-
-  double ReadBinary(const Scalar& type, const std::string& what) {
-    if (data_.size() < type.bytes) throw Error(path_ + ": truncated: the file ends at " + what);
-    std::array<char, 8> bytes;
-    std::copy_n(data_.begin(), type.bytes, bytes.begin());
-    if (encoding_ == Encoding::kBigEndian) std::reverse(bytes.begin(), bytes.begin() + type.bytes);
-    data_.remove_prefix(type.bytes);
-    return type.value(bytes.data());
-  }
-
-  std::string path_;
-  Encoding encoding_;
-  std::string_view data_;
-  int line_;  // of the lines before the current one
-  bool in_row_ = false;
-};
-
-// The position of a property, -1 when absent. A coordinate cannot be a list.
-int FindCoordinate(const std::string& path, const Element& element, const char* name) {
-  for (std::size_t i = 0; i < element.properties.size(); ++i) {
-    if (element.properties[i].name != name) continue;
-    if (element.properties[i].list_count) throw Error(path + ": the vertex property " + name + " is a list");
-    return static_cast<int>(i);
-  }
-  return -1;
-}
-
-class PlyReader {
- public:
-  PlyReader(const std::string& path, std::string_view text) : path_(path), header_reader_(path, text) {}
-
-  PointMatrix Read() {
-    const Header header = header_reader_.Read();
-    ValueReader values(path_, header.encoding, header_reader_.rest(), header_reader_.line());
-    for (std::size_t e = 0; e < header.elements.size(); ++e) {
-      const Element& element = header.elements[e];
-      if (element.name == "vertex") {
-        PointMatrix points = ReadVertices(element, &values);
-        WarnOfMore(header, e, values);
-        return points;
-      }
-      if (element.properties.empty()) continue;
-      for (std::uint64_t i = 0; i < element.count; ++i) ReadRow(element, i, &values);
-    }
-    throw Error(path_ + ": no element 'vertex' in this PLY file");
-  }
-
- private:
-  PointMatrix ReadVertices(const Element& element, ValueReader* values) {
-    std::vector<int> columns;
+  // A list is no coordinate.
+  std::vector<std::size_t> CoordinatesOf(const Element& element) const {
+    std::vector<std::size_t> columns;
     for (const char* name : {"x", "y", "z"}) {
-      const int column = FindCoordinate(path_, element, name);
-      if (column >= 0) columns.push_back(column);
-      if (column < 0 && name[0] != 'z') throw Error(path_ + ": the element 'vertex' has no property " + name);
+      const auto found = std::find_if(element.properties.begin(), element.properties.end(),
+                                      [&](const Property& p) { return p.name == name && p.list_count == nullptr; });
+      if (found != element.properties.end())
+        columns.push_back(static_cast<std::size_t>(found - element.properties.begin()));
+      else if (name[0] != 'z')
+        throw Error(path_ + ": the element 'vertex' has no property " + name);
     }
+    return columns;
+  }
+
+  PointMatrix ReadVertices(const Element& element) {
+    const std::vector<std::size_t> columns = CoordinatesOf(element);
     std::vector<double> flat;
     // A wrong count must not reserve more than the file can hold.
-    flat.reserve(columns.size() * std::min<std::uint64_t>(element.count, values->left()));
+    flat.reserve(columns.size() * std::min<std::uint64_t>(element.count, rest_.size()));
     for (std::uint64_t i = 0; i < element.count; ++i) {
-      ReadRow(element, i, values);
-      for (int column : columns) flat.push_back(row_[column]);
+      ReadRow(element, i);
+      for (const std::size_t column : columns) flat.push_back(row_[column]);
     }
-    const auto width = static_cast<Eigen::Index>(columns.size());
-    return Eigen::Map<const PointMatrix>(flat.data(), static_cast<Eigen::Index>(element.count), width);
+    if (&element == &elements_.back() && rest_.find_first_not_of(" \t\r\n") != std::string_view::npos)
+      WarnOnce(path_ + ": left out: what follows the " + std::to_string(element.count) +
+               " points that the header announces");
+    return Eigen::Map<const PointMatrix>(flat.data(), static_cast<Eigen::Index>(element.count),
+                                         static_cast<Eigen::Index>(columns.size()));
   }
 
-  /// Of rows behind those that the header announces, where that can be told: in text each is a line; binary values
-  /// are of the vertices where nothing else follows.
-  void WarnOfMore(const Header& header, std::size_t vertex, const ValueReader& values) const {
-    const std::vector<Element>& elements = header.elements;
-    std::uint64_t left = 0, later = 0, row = 0;
-    for (std::size_t i = vertex + 1; i < elements.size(); ++i) later += elements[i].count;
-    if (header.encoding == Encoding::kAscii) {
-      left = values.LinesLeft();
-    } else if (later == 0) {
-      for (const Property& property : elements[vertex].properties)
-        row += property.list_count ? values.left() + 1 : property.type->bytes;
-      left = values.left() / row;
+  // Fills row_ with the single values of one row of an element; lists are skipped. In text it is a line.
+  void ReadRow(const Element& element, std::uint64_t index) {
+    const std::string what =
+        std::string(element.name) + " " + std::to_string(index + 1) + " of " + std::to_string(element.count);
+    Words words;
+    while (ascii_ && words.empty()) words = SplitWords(NextLine(what), " \t\r");
+    std::size_t used = 0;
+    row_.clear();
+    for (const Property& property : element.properties) {
+      row_.push_back(Value(property.list_count != nullptr ? *property.list_count : *property.type, what, words, &used));
+      if (property.list_count == nullptr) continue;
+      if (!(row_.back() >= 0.0)) throw Error(path_ + ": a list of negative length at " + what);
+      for (double i = 0.0; i < row_.back(); ++i) Value(*property.type, what, words, &used);
     }
-    if (left > later)
-      WarnOnce(path_ + ": the header announces " + std::to_string(elements[vertex].count) +
-               " points; left out: " + std::to_string(left - later) + " rows more");
+    if (used < words.size()) Fail(what + " has more values than the header says");
   }
 
-  // Fills row_ with the single values of one line of an element; lists are skipped.
-  void ReadRow(const Element& element, std::uint64_t index, ValueReader* values) {
-    const std::string what = element.name + " " + std::to_string(index + 1) + " of " + std::to_string(element.count);
-    row_.assign(element.properties.size(), 0.0);
-    values->BeginRow();
-    for (std::size_t p = 0; p < element.properties.size(); ++p) {
-      const Property& property = element.properties[p];
-      if (!property.list_count) {
-        row_[p] = values->Read(*property.type, what);
-        continue;
-      }
-      const double length = values->Read(*property.list_count, what);
-      if (!(length >= 0.0)) throw Error(path_ + ": a list of negative length at " + what);
-      for (double i = 0.0; i < length; ++i) values->Read(*property.type, what);
+  double Value(const Scalar& type, const std::string& what, const Words& words, std::size_t* used) {
+    double value = 0.0;
+    if (ascii_) {
+      if (*used == words.size()) Fail(what + " has fewer values than the header says");
+      const std::string_view word = words[(*used)++];
+      if (!ParseNumber(word, &value)) Fail("expected a number, found '" + std::string(word.substr(0, 40)) + "'");
+      return value;
     }
-    values->EndRow(what);
+    if (rest_.size() < type.bytes) throw Error(path_ + ": truncated: the file ends at " + what);
+    char bytes[8];
+    std::copy_n(rest_.begin(), type.bytes, bytes);
+    if (big_) std::reverse(bytes, bytes + type.bytes);
+    rest_.remove_prefix(type.bytes);
+    return type.value(bytes);
   }
 
   std::string path_;
-  HeaderReader header_reader_;
+  std::string_view rest_, format_;
+  int line_ = 0;
+  bool ascii_ = false, big_ = false;
+  std::vector<Element> elements_;
   std::vector<double> row_;
 };
 

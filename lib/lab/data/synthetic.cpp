@@ -14,18 +14,6 @@
 namespace diffsac {
 namespace {
 
-// The second model of structured outliers has at most this share of the inliers' number: it stays the weaker one.
-constexpr double kWeakerShare = 0.75;
-
-template <class Section>
-Section DrawSection(const SyntheticOptions& options, Rng rng) {
-  return DrawSection<Section>(options.model_sampling, options.min_extent, rng);
-}
-
-NoiseSource NoiseOf(const SyntheticOptions& options, Rng rng) {
-  return {options.noise, options.sigma, options.inlier_threshold, rng};
-}
-
 // A Gaussian value around `centre`, drawn again until it lies inside the box (coordinates are independent).
 double ClusterCoordinate(double centre, double sigma, Rng& rng) {
   for (;;) {
@@ -42,28 +30,6 @@ void AppendAggregated(const SyntheticOptions& options, int count, Rng rng, std::
     Point p = centres[rng.Below(centres.size())];
     for (double& value : p) value = ClusterCoordinate(value, options.cluster_sigma, rng);
     points->push_back(p);
-  }
-}
-
-template <class Section>
-void AppendStructured(const SyntheticOptions& options, int count, int inliers, Rng rng,
-                      std::vector<PointOf<Section>>* points) {
-  const int wanted = static_cast<int>(std::lround(options.structured_share * count));
-  const int on_second = std::min(wanted, static_cast<int>(kWeakerShare * inliers));
-  const Section second = DrawSection<Section>(options, rng.Fork("second_model"));
-  AppendOnSection(second, on_second, NoiseOf(options, rng.Fork("second_noise")), rng.Fork("second"), points);
-  AppendUniform(count - on_second, rng.Fork("uniform"), points);
-}
-
-template <class Section>
-void AppendOutliers(const SyntheticOptions& options, int count, int inliers, Rng rng,
-                    std::vector<PointOf<Section>>* points) {
-  if (options.outliers == OutlierKind::kAggregated) {
-    AppendAggregated(options, count, rng, points);
-  } else if (options.outliers == OutlierKind::kStructured) {
-    AppendStructured<Section>(options, count, inliers, rng, points);
-  } else {
-    AppendUniform(count, rng, points);
   }
 }
 
@@ -85,11 +51,16 @@ class SyntheticDataset : public GeneratedDataset {
   Example Draw(std::uint64_t /*index*/, const Rng& rng) const override {
     // A stream for each purpose: changing the noise, say, leaves the models and the outliers as they were.
     const auto [total, inliers] = DrawCounts(options_.num_points, options_.outlier_ratio, kTask, rng.Fork("counts"));
-    const Section section = DrawSection<Section>(options_, rng.Fork("model"));
+    Rng models = rng.Fork("model"), outliers = rng.Fork("outliers");
+    const Section section = DrawSection<Section>(options_.model_sampling, options_.min_extent, models);
+    const NoiseSource noise(options_.noise, options_.sigma, options_.inlier_threshold, rng.Fork("noise"));
     std::vector<PointOf<Section>> points;
     points.reserve(total);
-    AppendOnSection(section, inliers, NoiseOf(options_, rng.Fork("noise")), rng.Fork("inliers"), &points);
-    AppendOutliers<Section>(options_, total - inliers, inliers, rng.Fork("outliers"), &points);
+    AppendOnSection(section, inliers, noise, rng.Fork("inliers"), &points);
+    if (options_.outliers == OutlierKind::kAggregated)
+      AppendAggregated(options_, total - inliers, outliers, &points);
+    else
+      AppendUniform(total - inliers, outliers, &points);
     std::vector<std::int32_t> labels(inliers, 1);
     labels.resize(points.size(), 0);
 
@@ -119,17 +90,6 @@ void SyntheticOptions::Bind(OptionsBinder& b) {
   b.Field("noise_scale", sigma, AtLeast(0.0))
       .Help("σ (gaussian) or half width (uniform), in the picture's unit; 0: ε/3 (gaussian) or ε (uniform)");
   b.Field("outliers", outliers).Help("how they lie");
-  const bool aggregated = outliers == OutlierKind::kAggregated;
-  b.Field("clusters", clusters, Within(1, 1e4)).OnlyIf(aggregated, "outliers: aggregated").Help("number of clusters");
-  b.Field("cluster_sigma", cluster_sigma, Limits{0.0, kBoxSide, true})
-      .OnlyIf(aggregated, "outliers: aggregated")
-      .Help("standard deviation of a cluster");
-  b.Field("structured_share", structured_share, Within(0.0, 1.0))
-      .OnlyIf(outliers == OutlierKind::kStructured, "outliers: structured")
-      .Help("share of outliers on the second, weaker model");
-  // Every line and plane through the middle of the box is at least 10 large, so up to there the rule can be met.
-  b.Field("min_extent", min_extent, Within(0.0, kBoxSide))
-      .Help("shortest chord (lines); planes: smallest square root of the area inside");
   BindStream(b);
   b.Require(IsWhole(num_points), "num_points", "whole numbers");
 }

@@ -16,12 +16,11 @@ template <>
 inline constexpr auto kEnumNames<NoiseKind> = NamesOf<NoiseKind>({{NoiseKind::kGaussian, "gaussian"},
                                                                   {NoiseKind::kUniform, "uniform"}});
 
-/// How outliers lie: anywhere, in clusters, or some of them on a second, weaker model.
-enum class OutlierKind { kUniform, kAggregated, kStructured };
+/// How outliers lie: anywhere, or in clusters.
+enum class OutlierKind { kUniform, kAggregated };
 template <>
 inline constexpr auto kEnumNames<OutlierKind> = NamesOf<OutlierKind>({{OutlierKind::kUniform, "uniform"},
-                                                                      {OutlierKind::kAggregated, "aggregated"},
-                                                                      {OutlierKind::kStructured, "structured"}});
+                                                                      {OutlierKind::kAggregated, "aggregated"}});
 
 /// Random lines in a 10 × 10 picture, or planes in a 10 × 10 × 10 cube (paper, sections "2D Line Fitting" and "3D Plane
 /// Fitting"). What the paper leaves open is fixed in docs/generators.md.
@@ -36,10 +35,10 @@ struct SyntheticOptions : GeneratorOptions {
   /// σ (gaussian) or half width (uniform), in the picture's unit; 0 means the default: ε/3 (gaussian) or ε (uniform).
   double sigma = 0.0;
   OutlierKind outliers = OutlierKind::kUniform;
-  int clusters = 3;               ///< aggregated: number of clusters
-  double cluster_sigma = 0.5;     ///< aggregated: standard deviation of a cluster
-  double structured_share = 0.5;  ///< structured: share of outliers on the second, weaker model
-  double min_extent = 5.0;        ///< shortest chord (lines); planes: smallest square root of the area inside
+  // No keys:
+  int clusters = 3;            ///< aggregated: number of clusters
+  double cluster_sigma = 0.5;  ///< aggregated: standard deviation of a cluster
+  double min_extent = 5.0;     ///< shortest chord (lines); planes: smallest square root of the area inside
   void Bind(OptionsBinder& b);
 };
 

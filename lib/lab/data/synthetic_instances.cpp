@@ -121,10 +121,6 @@ void SyntheticInstancesOptions::Bind(OptionsBinder& b) {
   b.Field("inlier_threshold", inlier_threshold, Limits{0.0, kLargestThreshold, true}).Help("ε, in the picture's unit");
   b.Field("noise_scale", sigma, AtLeast(0.0))
       .Help("σ of the inliers' distances (gaussian), in the picture's unit; 0: ε/3");
-  b.Field("model_sampling", model_sampling)
-      .Help("offset uniform among those that meet the box, or through a uniform point of it (docs/generators.md)");
-  b.Field("min_extent", min_extent, Within(0.0, kBoxSide))
-      .Help("shortest chord (lines); planes: smallest square root of the area inside");
   BindStream(b);
   b.Require(IsWhole(num_points), "num_points", "whole numbers");
 }

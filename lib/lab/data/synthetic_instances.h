@@ -23,6 +23,7 @@ struct SyntheticInstancesOptions : GeneratorOptions {
   Range outlier_ratio = {0.3, 0.3};
   double inlier_threshold = 0.1;  ///< ε of the problem, in the picture's unit.
   double sigma = 0.0;             ///< σ of the gaussian noise along the normal; 0 means ε/3.
+  // No keys:
   ModelSampling model_sampling = ModelSampling::kIsotropic;
   double min_extent = 5.0;  ///< shortest chord (lines); planes: smallest square root of the area inside
   void Bind(OptionsBinder& b);

@@ -91,11 +91,6 @@ void SyntheticMatchesOptions::Bind(OptionsBinder& b) {
   b.Field("outlier_ratio", outlier_ratio, Within(0.0, 1.0)).Help("share of outliers");
   b.Field("inlier_threshold_px", inlier_threshold_px, Positive()).Help("ε, linear, pixels");
   b.Field("noise_px", noise_px, AtLeast(0.0)).Help("σ of each coordinate in both images; one value a problem");
-  b.Field("displaced_share", displaced_share, Within(0.0, 1.0))
-      .Help("share of the outliers that are true matches whose second point was moved; the others are uniform");
-  b.Field("displacement_px", displacement_px, Limits{0.0, 1e6, true})
-      .OnlyIf(displaced_share.high > 0.0, "a displaced_share above 0")
-      .Help("by how much, log-uniform");
   b.Field("match_ratio", snn_ratio).Help("whether matches have a ratio, P(ratio <= r) = r^a");
   b.Field("similarities", scale_rotation_changes)
       .Help("whether matches know how their keypoints differ in size and angle");

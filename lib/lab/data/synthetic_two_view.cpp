@@ -207,27 +207,6 @@ void SyntheticTwoViewOptions::Bind(OptionsBinder& b) {
   b.Field("planar", planar, AtLeast(0.0)).Help("weight: all points on one plane");
   b.Field("mixed", mixed, AtLeast(0.0)).Help("weight: a share of the points on one plane");
   b.Field("forward", forward, AtLeast(0.0)).Help("weight: general, the camera moves along its axis");
-  b.Field("depth_ratio", depth_ratio, Within(1.0, 1000.0)).Help("farthest over nearest depth, log-uniform");
-  b.Field("plane_share", plane_share, Within(0.0, 1.0))
-      .OnlyIf(mixed > 0.0, "a weight of mixed above 0")
-      .Help(
-          "mixed: share of the inliers on the plane; homography: 1 minus the share of correct matches off the plane "
-          "among the outliers");
-  b.Field("plane_tilt_deg", plane_tilt_deg, Within(0.0, 85.0))
-      .Help("between the plane's normal and the first camera's axis");
-  b.Field("baseline", baseline, Within(1e-4, 10.0))
-      .Help("over the geometric mean of nearest and farthest depth, log-uniform");
-  b.Field("rotation_deg", rotation_deg, Within(0.0, 180.0)).Help("turn of the second camera about a random axis");
-  b.Field("converging", converging, Within(0.0, 1.0))
-      .Help("probability that it is first turned towards the middle of the scene");
-  b.Field("forward_cone_deg", forward_cone_deg, Within(0.0, 90.0))
-      .OnlyIf(forward > 0.0, "a weight of forward above 0")
-      .Help("angle of the motion to the first camera's axis");
-  b.Field("forward_rotation_deg", forward_rotation_deg, Within(0.0, 180.0))
-      .OnlyIf(forward > 0.0, "a weight of forward above 0")
-      .Help("turn");
-  b.Field("min_overlap", min_overlap, Within(0.05, 0.8))
-      .Help("least share of what image 1 shows that image 2 shows too");
   BindStream(b);
   b.Require(general + planar + mixed + forward > 0.0, "general", "a scene kind with a weight above 0");
 }

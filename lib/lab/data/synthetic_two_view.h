@@ -27,6 +27,8 @@ struct SyntheticTwoViewOptions : GeneratorOptions {
   ///   forward   general, but the camera moves along its axis. Task homography: planar, likewise.
   double general = 0.4, planar = 0.05, mixed = 0.35, forward = 0.2;
 
+  // No keys from here on.
+
   /// Farthest over nearest depth of general points, log-uniform; depths are log-uniform between them.
   Range depth_ratio = {1.5, 20.0};
   /// mixed: share of the inliers on the plane (two at least are off it). Task homography: 1 minus the share of the

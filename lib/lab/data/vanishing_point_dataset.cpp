@@ -1,4 +1,4 @@
-// Line segments of images, as `diffsac_prepare segments` writes them (lab/files/segment_files.h).
+// Line segments of images, as `diffsac_vanish --estimates` writes them (lab/files/segment_files.h).
 
 #include <algorithm>
 #include <filesystem>
@@ -22,24 +22,21 @@ namespace {
 struct VanishingPointsOptions {
   std::vector<std::string> paths;
   double inlier_threshold_deg = 2.0;
-  double label_threshold_deg = 2.0;
   bool calibrated = false;
   double min_length_px = 0.0;
-  NonFinitePoints non_finite = NonFinitePoints::kDrop;
 
   void Bind(OptionsBinder& b) {
-    b.Field("paths", paths).Help("folders of `diffsac_prepare segments`, or folders of them");
+    b.Field("paths", paths).Help("folders of `diffsac_vanish --estimates`, or folders of them");
     b.Field("inlier_threshold_deg", inlier_threshold_deg, Limits{0.0, 90.0, true})
         .Help("ε, of the angle between a segment and the line from its middle to the vanishing point");
-    b.Field("label_threshold_deg", label_threshold_deg, Limits{0.0, 90.0, true})
-        .Help("a segment is labelled by the nearest true vanishing point within this angle");
     b.Field("calibrated", calibrated).Help("estimators see K; else they work without one, and only errors know it");
     b.Field("min_length_px", min_length_px, AtLeast(0.0)).Help("shorter segments are left out");
-    b.Field("non_finite", non_finite)
-        .Help("segments with a value that is no finite number: left out, with one warning an image, or an error");
     b.Require(!paths.empty(), "paths", "a list of folders");
   }
 };
+
+// A segment is labelled by the nearest true vanishing point within this angle.
+constexpr double kLabelledDegrees = 2.0;
 
 PointMatrix LongerThan(const PointMatrix& segments, double least) {
   std::vector<int> rows;
@@ -49,7 +46,7 @@ PointMatrix LongerThan(const PointMatrix& segments, double least) {
 }
 
 /// Labels each segment with the nearest true vanishing point, and makes these the truth.
-void AddTruth(const ImageSegments& image, double threshold_deg, Example* example) {
+void AddTruth(const ImageSegments& image, Example* example) {
   GroundTruth& truth = example->truth;
   if (image.K) truth.cameras = CameraPair{*image.K, *image.K};
   if (image.vanishing_points.empty()) return;
@@ -57,7 +54,7 @@ void AddTruth(const ImageSegments& image, double threshold_deg, Example* example
     truth.instances.push_back(VanishingPointTask::ModelOf(point, example->problem));
   const NormalizedProblem space(example->problem);
   for (Eigen::Index i = 0; i < space.points().rows(); ++i) {
-    double least = threshold_deg / space.unit();
+    double least = kLabelledDegrees / space.unit();
     std::int32_t label = 0;
     for (std::size_t k = 0; k < truth.instances.size(); ++k) {
       const double r = VanishingPoint::Residual(truth.instances[k], space.points().data() + 4 * i);
@@ -94,8 +91,8 @@ class VanishingPoints : public Dataset {
       example.problem.inlier_threshold = options.inlier_threshold_deg;
       example.problem.size1 = image.size;
       if (options.calibrated && image.K) example.problem.cameras = CameraPair{*image.K, *image.K};
-      example = WithFinitePoints(std::move(example), options.non_finite, path + ":/" + image.name);
-      AddTruth(image, options.label_threshold_deg, &example);
+      example = WithFinitePoints(std::move(example), path + ":/" + image.name);
+      AddTruth(image, &example);
       examples_.push_back(std::move(example));
     }
   }
@@ -104,7 +101,7 @@ class VanishingPoints : public Dataset {
 };
 
 const RegisteredDataset<VanishingPointsOptions> kVanishingPoints(
-    "vanishing_points", DataSource::kFiles, "Line segments of images (`diffsac_prepare segments`).",
+    "vanishing_points", DataSource::kFiles, "Line segments of images (`diffsac_vanish --estimates`).",
     [](const VanishingPointsOptions& options, std::uint64_t) { return std::make_unique<VanishingPoints>(options); });
 
 }  // namespace

@@ -32,12 +32,8 @@ bool ProjectIntoBoth(const VirtualPair& pair, const Eigen::Vector3d& point, doub
 }
 
 void VirtualCameraOptions::Bind(OptionsBinder& b) {
-  b.Field("image_width", image_width, Within(16, 100000)).Help("pixels, log-uniform");
-  b.Field("image_aspect", image_aspect, Within(0.1, 10.0)).Help("height over width, log-uniform");
-  b.Field("focal", focal, Within(0.1, 20.0)).Help("focal length over the longer side, log-uniform");
   b.Field("principal_offset", principal_offset, Within(0.0, 0.5))
       .Help("the principal point is off the centre by up to this share of each side");
-  b.Field("same_camera", same_camera, Within(0.0, 1.0)).Help("probability that both images come from one camera");
 }
 
 VirtualCamera RandomCamera(const VirtualCameraOptions& options, Rng rng) {

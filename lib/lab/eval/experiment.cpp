@@ -115,6 +115,7 @@ ExperimentOptions ReadExperiment(const Config& given) {
   if (!config.Has("data")) experiment.data = config.Sub("data");
   for (Condition& condition : experiment.conditions) condition.data = experiment.data.MergedWith(condition.data);
   experiment.data = Config();
+  if (experiment.report.Keys().empty()) experiment.report = Config();
   CheckNames(config, "conditions", experiment.conditions);
   CheckNames(config, "methods", experiment.methods);
   CheckReferences(config, experiment);

@@ -1,16 +1,14 @@
 #include "lab/eval/export_colmap.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <map>
 #include <memory>
 #include <ostream>
 
 #include "diffsac/core/status.h"
-#include "diffsac/geometry/homography.h"
 #include "diffsac/geometry/two_view.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/colmap/two_view_geometries.h"
+#include "lab/colmap/found_geometry.h"
 #include "lab/config/typed_options.h"
 #include "lab/data/pair_dataset.h"
 #include "lab/data/pair_filter.h"
@@ -83,47 +81,18 @@ Eigen::Matrix3d PixelMatrix(Task task, const ModelParameters& model, const Probl
   });
 }
 
-/// Of epipolar geometry that the matches leave open: what they show is a homography, fitted to them here.
-void SetUndetermined(const EstimateRecord& record, const Problem& problem, ColmapGeometry* geometry) {
-  geometry->motion = record.pose;
-  if (record.degeneracy == Degeneracy::kLine) return;
-  geometry->configuration = record.degeneracy == Degeneracy::kPureRotation ? ColmapConfiguration::kPanoramic
-                            : record.degeneracy == Degeneracy::kStatic     ? ColmapConfiguration::kWatermark
-                                                                           : ColmapConfiguration::kPlanarOrPanoramic;
-  // By the sum of distances, in pixels, which a few wrong inliers do not spoil.
-  constexpr int kRounds = 20;
-  constexpr double kExact = 0.1;
-  Eigen::VectorXd weights = Eigen::VectorXd::Zero(problem.points.rows());
-  for (const std::int32_t row : record.inlier_rows) weights[row] = 1.0;
-  Matrix3Parameters homography;
-  bool fitted = false;
-  for (int round = 0; round < kRounds && Homography::Fit(problem.points, weights, &homography); ++round) {
-    fitted = true;
-    for (const std::int32_t row : record.inlier_rows)
-      weights[row] = 1.0 / (kExact + SymmetricTransferError(homography, problem.points.row(row).data()));
-  }
-  if (fitted) geometry->homography = HomographyInColmapPixels(AsMatrix(homography));
-}
-
-// The models, for matches in our pixels.
-void SetModels(Task task, const EstimateRecord& record, const Problem& problem, ColmapGeometry* geometry) {
+// A focal length that was found here is not the database's: E of it would be wrong there.
+ColmapGeometry GeometryOfRecord(Task task, const EstimateRecord& record, const Problem& problem) {
+  FoundGeometry found{problem.points, record.inlier_rows, record.degeneracy, record.pose};
   // Of matches by chance nothing shows parallax, nor anything else.
-  if (IsUndetermined(record.degeneracy) && !record.MayBeChance()) return SetUndetermined(record, problem, geometry);
-  geometry->motion = record.pose;
-  if (task == Task::kEssential) {
-    const Eigen::Matrix3d model = AsMatrix(record.model);
-    const CameraPair& cameras = problem.cameras.value();
-    geometry->configuration = ColmapConfiguration::kCalibrated;
-    geometry->essential = model;
-    geometry->fundamental = FundamentalInColmapPixels(cameras.K2.inverse().transpose() * model * cameras.K1.inverse());
-  } else if (task == Task::kHomography) {
-    geometry->configuration = ColmapConfiguration::kPlanarOrPanoramic;
-    geometry->homography = HomographyInColmapPixels(AsMatrix(record.model));
+  if (record.MayBeChance()) found.degeneracy = Degeneracy::kNotTested;
+  if (task == Task::kHomography) {
+    found.homography = AsMatrix(record.model);
   } else {
-    // A focal length that was found here is not the database's: E of it would be wrong there.
-    geometry->configuration = ColmapConfiguration::kUncalibrated;
-    geometry->fundamental = FundamentalInColmapPixels(PixelMatrix(task, record.model, problem));
+    found.fundamental = PixelMatrix(task, record.model, problem);
+    if (task == Task::kEssential) found.essential = AsMatrix(record.model);
   }
+  return GeometryOf(found);
 }
 
 // Images of a database by the names that pairs have.
@@ -145,12 +114,12 @@ class ImageIds {
 };
 
 /// A pair that is not verified has a geometry without matches, so that COLMAP does not try it again.
-ColmapGeometry GeometryOf(Task task, const EstimateRecord& record, const SourcePair& pair, const ImageIds& ids,
-                          bool chance) {
-  ColmapGeometry geometry;
+ColmapGeometry GeometryOfPair(Task task, const EstimateRecord& record, const SourcePair& pair, const ImageIds& ids,
+                              bool chance) {
+  const bool verified = record.status == Status::kOk && (!record.MayBeChance() || chance);
+  ColmapGeometry geometry = verified ? GeometryOfRecord(task, record, pair.example.problem) : ColmapGeometry();
   geometry.pair = {ids.Of(pair.example.image1, record.id), ids.Of(pair.example.image2, record.id)};
-  if (record.status != Status::kOk || (record.MayBeChance() && !chance)) return geometry;
-  SetModels(task, record, pair.example.problem, &geometry);
+  if (!verified) return geometry;
   geometry.inliers.resize(static_cast<Eigen::Index>(record.inlier_rows.size()), 2);
   for (std::size_t i = 0; i < record.inlier_rows.size(); ++i)
     geometry.inliers.row(static_cast<Eigen::Index>(i)) = pair.keypoints.row(pair.rows.at(record.inlier_rows[i]));
@@ -185,7 +154,7 @@ void ExportColmap(const ExperimentResults& results, const ColmapExport& target, 
   std::vector<ColmapGeometry> geometries;
   const std::vector<ProblemRecord>& records = results.cells.at(0).records;
   for (const ProblemRecord& record : records)
-    geometries.push_back(GeometryOf(experiment.task, record, source.Read(record), ids, target.chance));
+    geometries.push_back(GeometryOfPair(experiment.task, record, source.Read(record), ids, target.chance));
   WriteGeometries(database, geometries, target.overwrite);
   const auto by_chance = std::count_if(records.begin(), records.end(), [](const auto& r) { return r.MayBeChance(); });
   std::int64_t verified = 0, inliers = 0;

@@ -87,16 +87,4 @@ struct CorrespondenceSet {
 /// cannot be written, for an empty set, and for ids that are equal or no names of data sets.
 void WriteCorrespondences(const std::string& folder, const CorrespondenceSet& set);
 
-/// A pair with the sizes of its images.
-struct PairSizes {
-  std::string id;
-  ImageSize size1, size2;
-};
-
-/// Adds sizes.h5 and then descriptors.h5 to a folder that has the other files; each appears whole, in place of an older
-/// one. `pairs` must be all of the folder's; `descriptors` gives the N × 2d rows of pair i and is asked for one after
-/// the other. Throws Error when they cannot be written.
-void AddDescriptors(const std::string& folder, const std::vector<PairSizes>& pairs,
-                    const std::function<DescriptorMatrix(std::size_t)>& descriptors);
-
 }  // namespace diffsac

@@ -237,16 +237,4 @@ void SceneWriter::Write() {
 
 void WriteCorrespondences(const std::string& folder, const CorrespondenceSet& set) { SceneWriter(folder, set).Write(); }
 
-void AddDescriptors(const std::string& folder, const std::vector<PairSizes>& pairs,
-                    const std::function<DescriptorMatrix(std::size_t)>& descriptors) {
-  const auto path = [&](const char* name) { return (fs::path(folder) / name).string(); };
-  // The sizes go first: descriptors.h5 says that all is there.
-  WriteHdf5(path("sizes.h5"), [&](Hdf5Output& file) {
-    for (const PairSizes& pair : pairs) PutSizes(file, pair.id, pair.size1, pair.size2);
-  });
-  WriteHdf5(path("descriptors.h5"), [&](Hdf5Output& file) {
-    for (std::size_t i = 0; i < pairs.size(); ++i) PutRows(file, pairs[i].id, descriptors(i));
-  });
-}
-
 }  // namespace diffsac

@@ -45,24 +45,6 @@ const char* WhyRefused(hid_t properties, hssize_t claimed, hsize_t value_size, h
   return nullptr;
 }
 
-void ReadInto(const H5::DataSet& source, double* out) { source.read(out, H5::PredType::NATIVE_DOUBLE); }
-void ReadInto(const H5::Attribute& source, double* out) { source.read(H5::PredType::NATIVE_DOUBLE, out); }
-
-template <class Source>
-Numbers ReadFrom(const Source& source, const std::string& place) {
-  const H5T_class_t kind = source.getTypeClass();
-  if (kind != H5T_FLOAT && kind != H5T_INTEGER) throw Error(place + ": expected numbers");
-  const H5::DataSpace space = source.getSpace();
-  Numbers numbers;
-  const std::size_t count = CountOf(source, place);
-  const int rank = space.getSimpleExtentNdims();
-  numbers.shape.resize(rank);
-  if (rank > 0) space.getSimpleExtentDims(numbers.shape.data());
-  numbers.values.resize(count);
-  if (!numbers.values.empty()) ReadInto(source, numbers.values.data());
-  return numbers;
-}
-
 }  // namespace
 
 std::mutex& Hdf5Mutex() {
@@ -102,8 +84,19 @@ std::size_t CountOf(const H5::Attribute& source, const std::string& place) {
   return static_cast<std::size_t>(count);
 }
 
-Numbers ReadNumbers(const H5::DataSet& source, const std::string& place) { return ReadFrom(source, place); }
-Numbers ReadNumbers(const H5::Attribute& source, const std::string& place) { return ReadFrom(source, place); }
+Numbers ReadNumbers(const H5::DataSet& source, const std::string& place) {
+  const H5T_class_t kind = source.getTypeClass();
+  if (kind != H5T_FLOAT && kind != H5T_INTEGER) throw Error(place + ": expected numbers");
+  const H5::DataSpace space = source.getSpace();
+  Numbers numbers;
+  const std::size_t count = CountOf(source, place);
+  const int rank = space.getSimpleExtentNdims();
+  numbers.shape.resize(rank);
+  if (rank > 0) space.getSimpleExtentDims(numbers.shape.data());
+  numbers.values.resize(count);
+  if (!numbers.values.empty()) source.read(numbers.values.data(), H5::PredType::NATIVE_DOUBLE);
+  return numbers;
+}
 
 Numbers ReadNumbersOfShape(const H5::Group& group, const std::string& name, const std::vector<hsize_t>& shape,
                            const std::string& place) {

@@ -17,7 +17,7 @@ namespace diffsac {
 /// first call also makes links into other files fail to open, and the library silent.
 std::mutex& Hdf5Mutex();
 
-/// A data set or attribute, converted to double, row-major.
+/// A data set, converted to double, row-major.
 struct Numbers {
   std::vector<hsize_t> shape;
   std::vector<double> values;
@@ -31,7 +31,6 @@ std::size_t CountOf(const H5::Attribute& source, const std::string& place);
 /// `place` names file and object in messages. Throws Error when it holds no numbers and as CountOf does, H5::Exception
 /// otherwise.
 Numbers ReadNumbers(const H5::DataSet& source, const std::string& place);
-Numbers ReadNumbers(const H5::Attribute& source, const std::string& place);
 
 /// A data set of the group that must have this shape, in which 0 stands for any number; `place` names the group. Throws
 /// Error, where there is none or it has another, as ReadNumbers does else.

@@ -4,7 +4,7 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/calibration.h"
-#include "lab/eval/report_script.h"
+#include "lab/config/report_script.h"
 #include "lab/files/files.h"
 #include "lab/files/number_file.h"
 #include "lab/images/image_source.h"

@@ -7,10 +7,8 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
-#include "diffsac/problem/tasks.h"
 #include "lab/config/progress.h"
-#include "lab/ground_truth/pair_truth.h"
-#include "lab/images/feature_store.h"
+#include "lab/images/match_pair.h"
 
 namespace diffsac {
 namespace {
@@ -39,28 +37,50 @@ void TellPooled(const FocalPrior& pooled, int image, FocalEstimate* focal) {
   focal->observable[image] = true;
 }
 
-void EstimatePair(const SourcePair& images, const PhotographCameras& cameras, const PairEstimation& estimation,
-                  EstimatedPair* pair) {
-  const std::array<int, 2> of = {images.image1, images.image2};
+/// One length is surer than two, and a model of it is one of two.
+void EstimateOfCameras(const PhotographCameras& cameras, PairOptions options, ImagePair* pair) {
   Problem& problem = pair->example.problem;
-  if (!problem.cameras) {
-    problem.camera_prior1 = Held(cameras.hints[of[0]], cameras.from[of[0]]);
-    problem.camera_prior2 = Held(cameras.hints[of[1]], cameras.from[of[1]]);
+  const bool unknown = !problem.cameras;
+  for (int k = 0; k < 2 && unknown; ++k) {
+    const auto image = static_cast<std::size_t>(pair->images[k]);
+    (k == 0 ? problem.camera_prior1 : problem.camera_prior2) = Held(cameras.hints[image], cameras.from[image]);
+    pair->hints_from[k] = cameras.from[image];
+    pair->camera[k] = cameras.camera[image];
   }
-  // One length is surer than two, and a model of it is one of two.
-  const bool one =
-      estimation.task == Task::kTwoFocals && !problem.cameras && cameras.camera[of[0]] == cameras.camera[of[1]];
-  SetTask(one ? Task::kSharedFocal : estimation.task, estimation.inlier_threshold_px, &pair->example);
-  pair->estimate = estimation.method.Run(problem, estimation.seed);
-  SetTask(estimation.task, estimation.inlier_threshold_px, &pair->example);
-  std::optional<FocalEstimate>& focal = pair->estimate.focal;
-  for (int k = 0; k < 2; ++k) {
-    if (!problem.cameras) pair->camera[k] = cameras.camera[of[k]];
-    const FocalSource from = cameras.from[of[k]];
-    pair->focal_from[k] = from == FocalSource::kPairs ? from : SourceOfFocal(problem, focal, k, from);
-    if (from == FocalSource::kPairs && focal) TellPooled(*cameras.hints[of[k]].focal, k, &*focal);
+  if (unknown && options.task == Task::kTwoFocals && pair->camera[0] == pair->camera[1])
+    options.task = Task::kSharedFocal;
+  try {
+    EstimatePair(options, pair);
+  } catch (const Error& error) {
+    LogWarning(pair->example.id + ": " + error.what());
+    pair->done = true;
   }
-  pair->done = true;
+  for (int k = 0; k < 2 && unknown; ++k) {
+    if (pair->hints_from[k] != FocalSource::kPairs || !pair->estimate.focal) continue;
+    pair->estimate.focal_from[k] = FocalSource::kPairs;
+    TellPooled(*cameras.hints[static_cast<std::size_t>(pair->images[k])].focal, k, &*pair->estimate.focal);
+  }
+}
+
+/// Those that are done, or all, and chosen.
+template <class Chosen>
+void EstimateEach(const char* what, const PhotographCameras& cameras, const PairOptions& options,
+                  const std::atomic<bool>& stop, const Chosen& chosen, std::vector<ImagePair>* pairs) {
+  Progress progress(what, std::ssize(*pairs));
+  ParallelFor(std::ssize(*pairs), options.threads, [&](std::int64_t i) {
+    if (stop) return;
+    if (chosen((*pairs)[i])) EstimateOfCameras(cameras, options, &(*pairs)[i]);
+    progress.Advance();
+  });
+}
+
+std::vector<FocalsOfPair> FocalsOf(const std::vector<ImagePair>& pairs) {
+  std::vector<FocalsOfPair> focals;
+  for (const ImagePair& pair : pairs)
+    if (pair.done && pair.estimate.focal)
+      focals.push_back({pair.images, *pair.estimate.focal,
+                        !pair.estimate.MayBeChance() && !IsUndetermined(pair.estimate.diagnostics.degeneracy)});
+  return focals;
 }
 
 }  // namespace
@@ -97,76 +117,48 @@ bool PreparePhotographs(const ImageCameras& cameras, int threads, const std::ato
   return true;
 }
 
-std::vector<EstimatedPair> EstimatePairs(const ImageSource& source, const FeatureStore& store,
-                                         const PhotographCameras& cameras, const PairEstimation& estimation,
-                                         const std::atomic<bool>& stop) {
+std::vector<ImagePair> EstimatePairs(const ImageSource& source, const FeatureStore& store,
+                                     const PhotographCameras& cameras, const PairOptions& options,
+                                     const std::atomic<bool>& stop) {
   const std::vector<SourcePair>& pairs = source.scenes.at(0).pairs;
-  std::vector<EstimatedPair> estimated(pairs.size());
-  Progress progress("pairs", static_cast<std::int64_t>(pairs.size()));
-  ForEachPair(store, pairs, estimation.threads, stop,
+  std::vector<ImagePair> estimated(pairs.size());
+  Progress progress("pairs", std::ssize(pairs));
+  ForEachPair(store, pairs, options.threads, stop,
               [&](std::int64_t i, const ImageFeatures& first, const ImageFeatures& second) {
                 using Clock = std::chrono::steady_clock;
                 const auto start = Clock::now();
                 MatchedPair matched = MatchPair(source, pairs[i], first, second, store.distance());
-                EstimatedPair& pair = estimated[i];
+                ImagePair& pair = estimated[i];
                 pair.example = std::move(matched.example);
                 pair.matches = IndicesOf(matched.matches);
+                pair.images = {pairs[i].image1, pairs[i].image2};
                 pair.ms_matching = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-                EstimatePair(pairs[i], cameras, estimation, &pair);
+                EstimateOfCameras(cameras, options, &pair);
                 progress.Advance();
               });
   return estimated;
 }
 
-std::vector<EstimatedPair> EstimateGivenPairs(const ImageSource& source, GivenPairs given,
-                                              const PhotographCameras& cameras, const PairEstimation& estimation,
-                                              const std::atomic<bool>& stop) {
-  std::vector<EstimatedPair> estimated(given.set.pairs.size());
-  Progress progress("pairs", static_cast<std::int64_t>(estimated.size()));
-  ParallelFor(static_cast<std::int64_t>(estimated.size()), estimation.threads, [&](std::int64_t i) {
-    if (stop) return;
-    EstimatedPair& pair = estimated[i];
-    pair.example = std::move(given.set.pairs[i]);
-    if (!given.set.match_indices.empty()) pair.matches = std::move(given.set.match_indices[i]);
-    EstimatePair(source.scenes.at(0).pairs[i], cameras, estimation, &pair);
-    progress.Advance();
-  });
-  return estimated;
+void EstimateMatchedPairs(const PhotographCameras& cameras, const PairOptions& options, const std::atomic<bool>& stop,
+                          std::vector<ImagePair>* pairs) {
+  EstimateEach(
+      "pairs", cameras, options, stop, [](const ImagePair&) { return true; }, pairs);
 }
 
-bool EstimateWithPooledFocals(const ImageSource& source, const PairEstimation& estimation,
-                              const std::atomic<bool>& stop, PhotographCameras* cameras,
-                              std::vector<EstimatedPair>* pairs) {
-  const std::vector<SourcePair>& images = source.scenes.at(0).pairs;
-  std::vector<std::array<int, 2>> of_done;
-  std::vector<std::size_t> done;
-  for (std::size_t i = 0; i < pairs->size(); ++i) {
-    if (!(*pairs)[i].done) continue;
-    done.push_back(i);
-    of_done.push_back({images[i].image1, images[i].image2});
-  }
-  const auto estimates = [&] {
-    std::vector<Estimate> all;
-    for (const std::size_t i : done) all.push_back((*pairs)[i].estimate);
-    return all;
-  };
-  const auto estimate_again = [&](const char* what, const auto& chosen) {
-    Progress progress(what, static_cast<std::int64_t>(done.size()));
-    ParallelFor(static_cast<std::int64_t>(done.size()), estimation.threads, [&](std::int64_t i) {
-      if (stop) return;
-      if (chosen(of_done[i])) EstimatePair(images[done[i]], *cameras, estimation, &(*pairs)[done[i]]);
-      progress.Advance();
-    });
-  };
+bool EstimateWithPooledFocals(const PairOptions& options, const std::atomic<bool>& stop, PhotographCameras* cameras,
+                              std::vector<ImagePair>* pairs) {
   const std::vector<int> before = cameras->camera;
-  if (estimation.task == Task::kTwoFocals) JoinCameras(of_done, estimates(), cameras);
-  if (cameras->camera != before)
-    estimate_again("pairs, of one camera", [&](const std::array<int, 2>& of) {
-      return before[of[0]] != before[of[1]] && cameras->camera[of[0]] == cameras->camera[of[1]];
-    });
+  if (options.task == Task::kTwoFocals) JoinCameras(FocalsOf(*pairs), cameras);
+  const auto joined = [&](const ImagePair& pair) {
+    const auto [i, j] = pair.images;
+    return pair.done && before[i] != before[j] && cameras->camera[i] == cameras->camera[j];
+  };
+  if (cameras->camera != before) EstimateEach("pairs, of one camera", *cameras, options, stop, joined, pairs);
   if (stop) return false;
-  PoolFocals(of_done, estimates(), cameras);
-  estimate_again("pairs, by the focal lengths of all", [](const auto&) { return true; });
+  PoolFocals(FocalsOf(*pairs), cameras);
+  EstimateEach(
+      "pairs, by the focal lengths of all", *cameras, options, stop, [](const ImagePair& pair) { return pair.done; },
+      pairs);
   return !stop;
 }
 

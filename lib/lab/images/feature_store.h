@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "lab/images/hloc_files.h"
+#include "lab/images/imported_features.h"
 #include "lab/images/image_features.h"
 #include "lab/images/image_source.h"
 

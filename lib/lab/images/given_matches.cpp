@@ -9,11 +9,9 @@
 #include "diffsac/core/status.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/problem/within_size.h"
+#include "lab/config/report_script.h"
 #include "lab/data/point_files.h"
-#include "lab/eval/report_script.h"
-#include "lab/images/hloc_files.h"
 #include "lab/images/image_cameras.h"
-#include "lab/images/run_pairs.h"
 
 namespace diffsac {
 
@@ -64,25 +62,23 @@ void Calibrate(const std::optional<LensCamera>& first, const std::optional<LensC
   problem->cameras = CameraPair{first->K, second->K};
 }
 
-/// converter: what of convert.py makes it text; null: it is text.
-TextTable ReadMatchTable(const std::string& file, const TextColumns& columns, const char* converter) {
-  if (converter == nullptr) return ReadTextTable(file, columns);
+TextTable ReadMatchTable(const std::string& file, const TextColumns& columns) {
+  if (!IsNumpy(file)) return ReadTextTable(file, columns);
   TextTable table;
-  ReadConverted(converter, file, [&](const std::string& text) { table = ReadTextTable(text, columns); });
+  ReadConverted("matches", file, [&](const std::string& text) { table = ReadTextTable(text, columns); });
   return table;
 }
 
 }  // namespace
 
-MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& calibration) {
+ImagePair ReadMatches(const GivenMatches& given, const GivenCalibration& calibration) {
   const TextTable table =
-      ReadMatchTable(given.file, {"matches", {"x1", "y1", "x2", "y2"}, {"ratio", "log_size", "angle", "score"}},
-                     IsNumpy(given.file) ? "matches" : nullptr);
+      ReadMatchTable(given.file, {"matches", {"x1", "y1", "x2", "y2"}, {"ratio", "log_size", "angle", "score"}});
   RequireMiddles(given.sizes, calibration);
   const ImageCameras cameras(calibration, {given.file, given.file});
-  MatchedImages matched;
-  matched.pair.id = fs::path(given.file).stem().string();
-  Problem& problem = matched.pair.problem;
+  ImagePair matched;
+  matched.example.id = fs::path(given.file).stem().string();
+  Problem& problem = matched.example.problem;
   problem.snn_ratio = QualitiesOf(table, given.file, &problem.scored);
   const auto log_size = ColumnOf(table, "log_size"), angle = ColumnOf(table, "angle");
   if (log_size && angle) {
@@ -98,15 +94,15 @@ MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& cal
   return matched;
 }
 
-MatchedImages ReadScenePoints(const GivenMatches& given, const GivenCalibration& calibration) {
+ImagePair ReadScenePoints(const GivenMatches& given, const GivenCalibration& calibration) {
   if (IsNumpy(given.file)) throw Error(given.file + ": expected points x y X Y Z in a text file");
   // Small letters: the scene's are told by those of the image, u and v.
   const TextTable table =
       ReadTextTable(given.file, {"points x y X Y Z", {"u", "v", "x", "y", "z"}, {"ratio", "score"}});
   RequireMiddles(given.sizes, calibration);
-  MatchedImages matched;
-  matched.pair.id = fs::path(given.file).stem().string();
-  Problem& problem = matched.pair.problem;
+  ImagePair matched;
+  matched.example.id = fs::path(given.file).stem().string();
+  Problem& problem = matched.example.problem;
   problem.task = Task::kAbsolutePose;
   problem.snn_ratio = QualitiesOf(table, given.file, &problem.scored);
   if (!given.sizes.empty()) problem.size1 = given.sizes.front();
@@ -117,23 +113,6 @@ MatchedImages ReadScenePoints(const GivenMatches& given, const GivenCalibration&
   problem.points << table.values.middleCols(2, 3), StraightPositions(camera, table.values.leftCols(2));
   problem.cameras = CameraPair{camera->K, camera->K};
   return matched;
-}
-
-Matches3D3D ReadCloudMatches(const std::string& file) {
-  const std::string extension = fs::path(file).extension();
-  const TextTable table =
-      ReadMatchTable(file, {"matches x1 y1 z1 x2 y2 z2", {"x1", "y1", "z1", "x2", "y2", "z2"}, {"ratio", "score"}},
-                     IsNumpy(file) || extension == ".h5" || extension == ".hdf5" ? "matches3d" : nullptr);
-  Matches3D3D matches;
-  matches.points1 = PointMatrix(table.values.leftCols(3));
-  matches.points2 = PointMatrix(table.values.middleCols(3, 3));
-  bool scored = false;
-  Eigen::VectorXd qualities = QualitiesOf(table, file, &scored);
-  if (scored)
-    matches.scores = 1.0 - qualities.array();
-  else
-    matches.snn_ratio = std::move(qualities);
-  return matches;
 }
 
 bool AreManyMatches(const std::string& path) {
@@ -147,7 +126,7 @@ namespace {
 bool HoldsHloc(const std::string& folder) {
   std::error_code code;
   for (const auto& entry : fs::directory_iterator(folder, code))
-    if (entry.path().extension() == ".h5" && KindOfHlocFile(entry.path().string()) == HlocKind::kMatches) return true;
+    if (entry.path().extension() == ".h5") return true;
   return false;
 }
 
@@ -169,7 +148,7 @@ GivenPairs ReadFolder(const GivenMatches& given, const GivenCalibration& calibra
   std::string problem;
   for (const std::string& file : MatchFilesOf(given.file)) {
     try {
-      Example pair = ReadMatches({file, given.sizes}, calibration).pair;
+      Example pair = ReadMatches({file, given.sizes}, calibration).example;
       if (!ids.insert(pair.id).second) throw Error(file + ": another file is called " + pair.id + " too");
       const std::size_t dash = pair.id.find('-');
       if (dash != 0 && dash + 1 < pair.id.size() && dash == pair.id.rfind('-') && dash != std::string::npos) {
@@ -240,30 +219,36 @@ GivenPairs ReadManyMatches(const GivenMatches& given, const GivenCalibration& ca
       CalibrateByName(given, calibration, &pairs);
     }
   } else {
-    PairsRequest request;
-    request.format = "hloc";
-    request.input = given.file;
-    pairs = ReadHlocPairs(request);
+    pairs = ReadHlocPairs(given.file);
     CalibrateByName(given, calibration, &pairs);
   }
   KeepWhatAllHave(&pairs.set);
   return pairs;
 }
 
-ImageSource SourceOf(const GivenPairs& given, const std::string& scene) {
-  ImageSource source;
+GivenPhotographs PhotographsOf(GivenPairs given, const std::string& scene) {
+  GivenPhotographs all;
+  ImageSource& source = all.photographs.source;
   source.scenes = {{scene, {}}};
   std::map<std::string, int> places;
-  const auto place = [&](const std::string& name) {
+  const auto place = [&](const std::string& name, const ImageSize& size) {
     const auto [found, is_new] = places.try_emplace(name, static_cast<int>(source.images.size()));
-    if (is_new || name.empty()) source.images.push_back({name, "", {}, {}});
-    return name.empty() ? static_cast<int>(source.images.size()) - 1 : found->second;
+    if (!is_new && !name.empty()) return found->second;
+    source.images.push_back({name, "", {}, {}});
+    const auto file = given.files.find(name);
+    all.photographs.files.push_back(file == given.files.end() ? name : file->second);
+    all.sizes.push_back(size);
+    return static_cast<int>(source.images.size()) - 1;
   };
-  for (const Example& pair : given.set.pairs) {
-    const int first = place(pair.image1), second = place(pair.image2);
-    source.scenes.front().pairs.push_back({first, second, {}});
+  for (std::size_t i = 0; i < given.set.pairs.size(); ++i) {
+    ImagePair& pair = all.pairs.emplace_back();
+    pair.example = std::move(given.set.pairs[i]);
+    const Problem& problem = pair.example.problem;
+    pair.images = {place(pair.example.image1, problem.size1), place(pair.example.image2, problem.size2)};
+    if (!given.set.match_indices.empty()) pair.matches = std::move(given.set.match_indices[i]);
+    source.scenes.front().pairs.push_back({pair.images[0], pair.images[1], {}});
   }
-  return source;
+  return all;
 }
 
 }  // namespace diffsac

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "diffsac/diffsac.h"
 #include "lab/images/given_pairs.h"
 #include "lab/images/image_source.h"
 #include "lab/images/match_pair.h"
+#include "lab/images/photographs.h"
 
 namespace diffsac {
 
@@ -21,15 +21,11 @@ struct GivenMatches {
 
 /// The same of such a file, in no time. Throws Error: a file that cannot be read, a line of it, a calibration that is
 /// none or that needs the images' sizes.
-MatchedImages ReadMatches(const GivenMatches& given, const GivenCalibration& calibration);
+ImagePair ReadMatches(const GivenMatches& given, const GivenCalibration& calibration);
 
 /// Points of a known scene in an image, x y X Y Z, likewise, with the ratio where there is one (and no similarities).
 /// The task is absolute_pose.
-MatchedImages ReadScenePoints(const GivenMatches& given, const GivenCalibration& calibration);
-
-/// Matches of two clouds, x1 y1 z1 x2 y2 z2 and what there is of ratio or score, in a text or NumPy file likewise, or
-/// in an HDF5 file with one data set `points` N × 6 (and `ratios`). Rows may be not finite. Throws Error.
-Matches3D3D ReadCloudMatches(const std::string& file);
+ImagePair ReadScenePoints(const GivenMatches& given, const GivenCalibration& calibration);
 
 /// Whether a path holds many pairs: a folder, of files as above or with hloc's two; hloc's matches (.h5, the features
 /// beside them); a COLMAP database (.db).
@@ -41,7 +37,14 @@ bool AreManyMatches(const std::string& path);
 /// What only some pairs have, all go without: ratios, scores, sizes. Throws Error.
 GivenPairs ReadManyMatches(const GivenMatches& given, const GivenCalibration& calibration, bool poses);
 
-/// The images of such pairs, without paths, and the pairs. A pair whose images have no names has two of its own.
-ImageSource SourceOf(const GivenPairs& given, const std::string& scene);
+/// Such pairs as photographs without paths.
+struct GivenPhotographs {
+  Photographs photographs;
+  std::vector<ImageSize> sizes;  ///< By image.
+  std::vector<ImagePair> pairs;  ///< Those of the scene.
+};
+
+/// A pair whose images have no names has two of its own.
+GivenPhotographs PhotographsOf(GivenPairs given, const std::string& scene);
 
 }  // namespace diffsac

@@ -23,8 +23,9 @@ struct GivenPairs {
   std::size_t of_others = 0;                      ///< Pairs that were left out: of cameras that are not calibrated.
 };
 
-/// hloc's matches and features (HlocFiles): request.input, a file or a folder that holds both. Throws Error.
-GivenPairs ReadHlocPairs(const PairsRequest& request);
+/// hloc's matches and features, as data_tools/hloc.py says: a file of matches, or a folder that holds both. Throws
+/// Error.
+GivenPairs ReadHlocPairs(const std::string& path);
 
 /// The matches of a COLMAP database, or, where it has none, its verified ones: of pairs of cameras that are calibrated,
 /// or of all, as they are seen. Throws Error.

@@ -61,18 +61,6 @@ DescriptorMatrix DescriptorsFromBytes(const ByteMatrix& bytes, FeatureKind kind)
 ImageFeatures FeaturesFromRaw(const RawFeatures& raw, FeatureKind kind);
 ImageFeatures ExtractFeatures(const std::string& path, const FeatureOptions& options);
 
-/// SIFT at given places of an image.
-struct PlacedDescriptors {
-  ImageSize size;
-  ByteMatrix bytes;   ///< One row a place.
-  int num_found = 0;  ///< Places with a keypoint within a pixel.
-};
-
-/// The descriptor of the keypoint that is nearest to each place (N × 2, pixels), where one is within a pixel (the
-/// strongest of equally near ones). Other places are described themselves, upright and with the median diameter of the
-/// image's keypoints. All keypoints are looked at, whatever `options.max_keypoints` says; the kind must be SIFT's.
-PlacedDescriptors DescribePlaces(const std::string& path, const PointMatrix& places, const FeatureOptions& options);
-
 /// "640x480".
 std::string SizeText(const ImageSize& size);
 /// Width and height of an image file. Throws Error when it is none.

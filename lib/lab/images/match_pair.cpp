@@ -121,13 +121,13 @@ ImageFeatures FeaturesOf(const std::string& path, const FeatureOptions& options)
 
 }  // namespace
 
-MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2, const FeatureOptions& options,
-                             const GivenCalibration& calibration, int threads) {
+ImagePair MatchTwoImages(const std::string& path1, const std::string& path2, const FeatureOptions& options,
+                         const GivenCalibration& calibration, int threads) {
   options.Check();
   const std::vector<std::string> paths = {path1, path2};
   for (const std::string& path : paths) RequireImage(path);
   const ImageCameras cameras(calibration, paths);
-  MatchedImages matched;
+  ImagePair matched;
   auto start = Clock::now();
   std::vector<ImageFeatures> features(2);
   ParallelFor(2, threads, [&](std::int64_t i) { features[i] = FeaturesOf(paths[i], options); });
@@ -138,11 +138,11 @@ MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2,
   const std::array<std::string, 2> names = NamesOf(path1, path2);
   for (std::size_t i = 0; i < 2; ++i)
     source.images.push_back({names[i], paths[i], cameras.Of(i, features[i].size), {}});
-  matched.pair = MatchPair(source, {0, 1, {}}, features[0], features[1], DistanceOf(options.kind)).example;
+  matched.example = MatchPair(source, {0, 1, {}}, features[0], features[1], DistanceOf(options.kind)).example;
   matched.ms_matching = MillisecondsSince(start);
   if (!cameras.given()) {
-    matched.pair.problem.camera_prior1 = ExifHint(path1, features[0].size);
-    matched.pair.problem.camera_prior2 = ExifHint(path2, features[1].size);
+    matched.example.problem.camera_prior1 = ExifHint(path1, features[0].size);
+    matched.example.problem.camera_prior2 = ExifHint(path2, features[1].size);
   }
   return matched;
 }

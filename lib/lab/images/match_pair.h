@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "lab/ground_truth/example.h"
+#include "lab/images/estimate_pair.h"
 #include "lab/images/image_features.h"
 #include "lab/images/image_source.h"
 
@@ -24,18 +24,12 @@ struct MatchedPair {
 MatchedPair MatchPair(const ImageSource& source, const SourcePair& pair, const ImageFeatures& first,
                       const ImageFeatures& second, DescriptorDistance distance);
 
-/// Two images, matched, with the time that it took.
-struct MatchedImages {
-  Example pair;  ///< Its id is "NAME1-NAME2", with folders where the names are equal; of no task as yet (SetTask);
-                 ///< without truth.
-  double ms_keypoints = 0.0, ms_matching = 0.0;
-};
-
 /// Keypoints of both images, at the same time on several threads (0: all cores), and their mutual nearest neighbours
-/// (MatchPair), as diffsac_prepare finds them. Without a calibration the hints are the focal lengths that EXIF data say
-/// (ExifFocalPx), of the images as they were read. Throws Error, before the keypoints where it can: a file that is no
-/// image, or truncated; an image without keypoints; a calibration that is none (ImageCameras).
-MatchedImages MatchTwoImages(const std::string& path1, const std::string& path2, const FeatureOptions& options,
-                             const GivenCalibration& calibration, int threads = 0);
+/// (MatchPair), as diffsac_prepare finds them; the id has folders where the names are equal. Without a calibration the
+/// hints are the focal lengths that EXIF data say (ExifFocalPx), of the images as they were read. Throws Error, before
+/// the keypoints where it can: a file that is no image, or truncated; an image without keypoints; a calibration that is
+/// none (ImageCameras).
+ImagePair MatchTwoImages(const std::string& path1, const std::string& path2, const FeatureOptions& options,
+                         const GivenCalibration& calibration, int threads = 0);
 
 }  // namespace diffsac

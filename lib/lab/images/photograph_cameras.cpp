@@ -83,14 +83,10 @@ double LogOddsOfOne(const Say& say) {
 
 /// What pairs say of their cameras, of those that may say something.
 template <class CamerasOf>
-std::vector<Say> SaysOf(const std::vector<std::array<int, 2>>& images, const std::vector<Estimate>& estimates,
-                        const CamerasOf& cameras_of) {
+std::vector<Say> SaysOf(const std::vector<FocalsOfPair>& pairs, const CamerasOf& cameras_of) {
   std::vector<Say> says;
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    const Estimate& estimate = estimates[i];
-    if (!estimate.focal || estimate.MayBeChance() || IsUndetermined(estimate.degeneracy)) continue;
-    if (const auto say = SayOf(*estimate.focal, cameras_of(images[i]))) says.push_back(*say);
-  }
+  for (const FocalsOfPair& pair : pairs)
+    if (const auto say = pair.counts ? SayOf(pair.focal, cameras_of(pair.images)) : std::nullopt) says.push_back(*say);
   return says;
 }
 
@@ -198,12 +194,11 @@ PhotographCameras CamerasOfPhotographs(const std::vector<SourceImage>& images, c
   return cameras;
 }
 
-void JoinCameras(const std::vector<std::array<int, 2>>& images, const std::vector<Estimate>& estimates,
-                 PhotographCameras* cameras) {
+void JoinCameras(const std::vector<FocalsOfPair>& pairs, PhotographCameras* cameras) {
   // Most photographs of one size that are together are of one camera: 7 of 10, say.
   const double before = std::log(0.7 / 0.3);
   std::vector<int>& camera = cameras->camera;
-  const auto says = SaysOf(images, estimates, [](const std::array<int, 2>& pair) { return pair; });
+  const auto says = SaysOf(pairs, [](const std::array<int, 2>& images) { return images; });
   while (true) {
     struct Odds {
       double sum = 0.0;
@@ -226,18 +221,17 @@ void JoinCameras(const std::vector<std::array<int, 2>>& images, const std::vecto
   }
 }
 
-void PoolFocals(const std::vector<std::array<int, 2>>& images, const std::vector<Estimate>& estimates,
-                PhotographCameras* cameras) {
-  const auto cameras_of = [&](const std::array<int, 2>& pair) {
-    return std::array<int, 2>{cameras->camera[pair[0]], cameras->camera[pair[1]]};
+void PoolFocals(const std::vector<FocalsOfPair>& pairs, PhotographCameras* cameras) {
+  const auto cameras_of = [&](const std::array<int, 2>& images) {
+    return std::array<int, 2>{cameras->camera[images[0]], cameras->camera[images[1]]};
   };
-  const std::vector<Say> says = SaysOf(images, estimates, cameras_of);
+  const std::vector<Say> says = SaysOf(pairs, cameras_of);
   if (says.empty()) return;
   std::map<int, FocalPrior> priors;
-  for (std::size_t i = 0; i < images.size(); ++i)
-    for (int k = 0; k < 2 && estimates[i].focal; ++k)
-      priors.try_emplace(cameras_of(images[i])[k],
-                         FocalPrior{estimates[i].focal->prior_focal_px[k], estimates[i].focal->prior_log_sigma[k]});
+  for (const FocalsOfPair& pair : pairs)
+    for (int k = 0; k < 2; ++k)
+      priors.try_emplace(cameras_of(pair.images)[k],
+                         FocalPrior{pair.focal.prior_focal_px[k], pair.focal.prior_log_sigma[k]});
   std::vector<FocalPrior> by_camera(static_cast<std::size_t>(priors.rbegin()->first) + 1,
                                     FocalPrior{1.0, kExifLogSigma});
   for (const auto& [camera, prior] : priors) by_camera[static_cast<std::size_t>(camera)] = prior;
@@ -257,12 +251,6 @@ bool PhotographCameras::AreDivided() const {
     for (std::size_t j = 0; j < i; ++j)
       if (alike[i] >= 0 && alike[i] == alike[j] && camera[i] != camera[j]) return true;
   return false;
-}
-
-FocalSource SourceOfFocal(const Problem& problem, const std::optional<FocalEstimate>& focal, int image,
-                          FocalSource hint) {
-  if (problem.cameras) return FocalSource::kGiven;
-  return focal && focal->observable[image] ? FocalSource::kMatches : hint;
 }
 
 }  // namespace diffsac

@@ -1,26 +1,12 @@
 #pragma once
 
 #include <array>
-#include <optional>
-#include <string>
 #include <vector>
 
-#include "diffsac/core/enum_names.h"
-#include "diffsac/estimate/robust_estimator.h"
-#include "diffsac/problem/problem.h"
+#include "lab/images/estimate_pair.h"
 #include "lab/images/image_source.h"
 
 namespace diffsac {
-
-/// Where a focal length comes from: a calibration; the matches of its pair; those of all pairs of its camera; EXIF
-/// data; what cameras in general have.
-enum class FocalSource { kGiven, kMatches, kPairs, kExif, kPrior };
-template <>
-inline constexpr auto kEnumNames<FocalSource> = NamesOf<FocalSource>({{FocalSource::kGiven, "given"},
-                                                                      {FocalSource::kMatches, "matches"},
-                                                                      {FocalSource::kPairs, "pairs"},
-                                                                      {FocalSource::kExif, "exif"},
-                                                                      {FocalSource::kPrior, "prior"}});
 
 /// What is known of the camera of each photograph without a calibration.
 struct PhotographCameras {
@@ -38,23 +24,25 @@ struct PhotographCameras {
 PhotographCameras CamerasOfPhotographs(const std::vector<SourceImage>& images, const std::vector<ImageSize>& sizes,
                                        bool same);
 
+/// What a pair of photographs says of the focal lengths of its images.
+struct FocalsOfPair {
+  std::array<int, 2> images;
+  FocalEstimate focal;
+  /// Whether it says anything beside the prior: what may be chance, or leaves the translation open, does not.
+  bool counts = true;
+};
+
 /// Makes one camera of those that the matches say have one focal length: images of one size, or of it turned by a
 /// quarter, of which EXIF data say nothing (PhotographCameras::alike). Two views know the ratio of their lengths far
-/// better than either: each pair of `estimates`, of two lengths, gives odds for one camera, and two groups of images
-/// are joined where those of all pairs between them, with what is likely before, are for it; the surest first.
-void JoinCameras(const std::vector<std::array<int, 2>>& images, const std::vector<Estimate>& estimates,
-                 PhotographCameras* cameras);
+/// better than either: each pair, of two lengths, gives odds for one camera, and two groups of images are joined where
+/// those of all pairs between them, with what is likely before, are for it; the surest first.
+void JoinCameras(const std::vector<FocalsOfPair>& pairs, PhotographCameras* cameras);
 
 /// Gives each camera the focal length that all pairs say together, as a prior about it. What a pair says beside its
 /// priors is normal, of both log f with their correlation: two views know the ratio of their lengths far better than
 /// either, so that those of all cameras are found together, by Student's t. Pairs are surer than they are right: their
-/// variances are multiplied until half of them agree. What may be chance, or has no translation, says nothing. A length
-/// that all of them know hardly better than the prior stays unknown.
-void PoolFocals(const std::vector<std::array<int, 2>>& images, const std::vector<Estimate>& estimates,
-                PhotographCameras* cameras);
-
-/// Where the focal length of image 0 or 1 of a pair comes from; `hint`: where its hint does.
-FocalSource SourceOfFocal(const Problem& problem, const std::optional<FocalEstimate>& focal, int image,
-                          FocalSource hint);
+/// variances are multiplied until half of them agree. A length that all of them know hardly better than the prior stays
+/// unknown.
+void PoolFocals(const std::vector<FocalsOfPair>& pairs, PhotographCameras* cameras);
 
 }  // namespace diffsac

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -10,7 +9,6 @@
 
 #include "diffsac/core/status.h"
 #include "lab/files/files.h"
-#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/detection.h"
 #include "lab/images/image_source.h"
 
@@ -37,170 +35,76 @@ void WritePicture(const cv::Mat& image, const std::string& path) {
   WriteFileAtomically(path, {reinterpret_cast<const char*>(encoded.data()), encoded.size()});
 }
 
-namespace {
-
-namespace fs = std::filesystem;
-
-constexpr int kGap = 8, kLegendHeight = 36;
-constexpr std::size_t kMaxLines = 60;
-constexpr double kMaxWidth = 2400.0, kMaxHeight = 1400.0;
-// Told apart by colour-blind readers too (Okabe and Ito). Blue, green, red.
-const cv::Scalar kInlier(115, 200, 0), kOutlier(0, 110, 240), kUnknown(230, 150, 40), kWhite(255, 255, 255);
-
-enum class Kind { kInlier, kOutlier, kUnknown };
-
-const cv::Scalar& ColorOf(Kind kind) {
-  return kind == Kind::kInlier ? kInlier : kind == Kind::kOutlier ? kOutlier : kUnknown;
-}
-
-std::string FindImage(const std::string& folder, const std::string& name) {
-  std::error_code code;
-  if (!fs::is_directory(folder, code)) throw Error(folder + ": no such folder");
-  for (const fs::path& place : {fs::path(folder), fs::path(folder) / "images"}) {
-    if (!fs::is_directory(place, code)) continue;
-    for (const auto& entry : fs::directory_iterator(place)) {
-      const std::string path = entry.path().string();
-      if (entry.path().filename().string() == name || ImageName(path) == name) return path;
+cv::Mat WithLegend(const cv::Mat& image, const std::vector<LegendEntry>& entries) {
+  constexpr double kFontScale = 0.55;
+  constexpr int kRow = 26, kMargin = 10;
+  const cv::Scalar black(0, 0, 0), white(255, 255, 255);
+  int rows = 1, x = kMargin, baseline = 0;
+  std::vector<cv::Point> places;
+  for (const LegendEntry& entry : entries) {
+    const int width = cv::getTextSize(entry.text, cv::FONT_HERSHEY_SIMPLEX, kFontScale, 1, &baseline).width + 50;
+    if (x > kMargin && x + width > image.cols) {
+      ++rows;
+      x = kMargin;
     }
+    places.emplace_back(x, image.rows + (rows - 1) * kRow + kRow / 2 + 4);
+    x += width;
   }
-  throw Error(folder + ": there is no image " + name);
-}
-
-// Or white.
-cv::Mat Background(const std::string& images, const std::string& name, const ImageSize& size) {
-  if (!images.empty()) return LightImage(ReadGrayImage(FindImage(images, name)));
-  if (!size.known()) throw Error(name + ": the scene has no sizes.h5, so --images is needed");
-  return {size.height, size.width, CV_8UC3, kWhite};
-}
-
-std::vector<Kind> KindsOf(const Example& pair, double threshold_px) {
-  const Eigen::Index count = pair.problem.points.rows();
-  std::vector<Kind> kinds(static_cast<std::size_t>(count), Kind::kUnknown);
-  const Eigen::VectorXd distances = TruthDistances(pair.problem, pair.truth);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    if (distances.size() == count) {
-      kinds[i] = distances[i] <= threshold_px ? Kind::kInlier : Kind::kOutlier;
-    } else if (!pair.truth.assignment.empty()) {
-      kinds[i] = pair.truth.assignment[i] > 0 ? Kind::kInlier : Kind::kOutlier;
-    }
+  cv::Mat whole(image.rows + rows * kRow + 8, image.cols, CV_8UC3, white);
+  image.copyTo(whole(cv::Rect(0, 0, image.cols, image.rows)));
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const cv::Point& at = places[i];
+    cv::line(whole, at, at + cv::Point(entries[i].dashed ? 8 : 22, 0), entries[i].colour, 3, cv::LINE_AA);
+    if (entries[i].dashed) cv::line(whole, at + cv::Point(14, 0), at + cv::Point(22, 0), black, 3, cv::LINE_AA);
+    cv::putText(whole, entries[i].text, at + cv::Point(28, 5), cv::FONT_HERSHEY_SIMPLEX, kFontScale, black, 1,
+                cv::LINE_AA);
   }
-  return kinds;
-}
-
-// The two images on one canvas, and where points of either are on it.
-class Canvas {
- public:
-  Canvas(const cv::Mat& first, const cv::Mat& second) {
-    const int width = first.cols + second.cols, height = std::max(first.rows, second.rows);
-    scale_ = std::min({1.0, (kMaxWidth - kGap) / width, (kMaxHeight - kLegendHeight) / height});
-    const cv::Mat small1 = Reduced(first), small2 = Reduced(second);
-    offset_ = small1.cols + kGap;
-    image_ = cv::Mat(std::max(small1.rows, small2.rows) + kLegendHeight, offset_ + small2.cols, CV_8UC3, kWhite);
-    small1.copyTo(image_(cv::Rect(0, 0, small1.cols, small1.rows)));
-    small2.copyTo(image_(cv::Rect(offset_, 0, small2.cols, small2.rows)));
-    image_(cv::Rect(small1.cols, 0, kGap, image_.rows - kLegendHeight)).setTo(cv::Scalar(90, 90, 90));
-  }
-
-  void Point(const PointMatrix& points, Eigen::Index i, const cv::Scalar& color) {
-    for (int image : {0, 1}) cv::circle(image_, Place(points, i, image), 2, color, cv::FILLED, cv::LINE_AA);
-  }
-  void Line(const PointMatrix& points, Eigen::Index i, const cv::Scalar& color) {
-    cv::line(image_, Place(points, i, 0), Place(points, i, 1), color, 1, cv::LINE_AA);
-  }
-  // One after the other from the left.
-  void Legend(const std::string& text, const cv::Scalar& color) {
-    constexpr double kFontScale = 0.5;
-    const int y = image_.rows - kLegendHeight / 2;
-    cv::circle(image_, {legend_x_ + 6, y}, 5, color, cv::FILLED, cv::LINE_AA);
-    cv::putText(image_, text, {legend_x_ + 18, y + 5}, cv::FONT_HERSHEY_SIMPLEX, kFontScale, {0, 0, 0}, 1, cv::LINE_AA);
-    int baseline = 0;
-    legend_x_ += 42 + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kFontScale, 1, &baseline).width;
-  }
-  const cv::Mat& image() const { return image_; }
-
- private:
-  cv::Mat Reduced(const cv::Mat& image) const {
-    if (scale_ == 1.0) return image;
-    cv::Mat reduced;
-    const auto side = [&](int pixels) { return std::max(1, static_cast<int>(std::lround(pixels * scale_))); };
-    cv::resize(image, reduced, {side(image.cols), side(image.rows)}, 0, 0, cv::INTER_AREA);
-    return reduced;
-  }
-  cv::Point Place(const PointMatrix& points, Eigen::Index i, int image) const {
-    // Far outside, a coordinate need not fit into what OpenCV draws with.
-    const auto at = [&](double value) {
-      return static_cast<int>(std::lround(std::clamp((value + 0.5) * scale_ - 0.5, -1e4, 1e4)));
-    };
-    return {at(points(i, 2 * image)) + (image == 0 ? 0 : offset_), at(points(i, 2 * image + 1))};
-  }
-
-  double scale_ = 1.0;
-  int offset_ = 0, legend_x_ = 8;
-  cv::Mat image_;
-};
-
-void Draw(const PointMatrix& points, const std::vector<Kind>& kinds, Kind kind, std::size_t most_lines,
-          Canvas* canvas) {
-  std::vector<Eigen::Index> chosen;
-  for (std::size_t i = 0; i < kinds.size(); ++i)
-    if (kinds[i] == kind && points.row(static_cast<Eigen::Index>(i)).allFinite())
-      chosen.push_back(static_cast<Eigen::Index>(i));
-  const std::size_t lines = std::min(chosen.size(), most_lines);
-  for (std::size_t i = 0; i < lines; ++i) canvas->Line(points, chosen[i * chosen.size() / lines], ColorOf(kind));
-  for (Eigen::Index i : chosen) canvas->Point(points, i, ColorOf(kind));
-}
-
-std::string ThresholdText(double threshold_px) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%g px", threshold_px);
-  return text;
-}
-
-void DrawLegend(const Example& pair, const PictureCounts& counts, double threshold_px, Canvas* canvas) {
-  if (counts.inliers < 0) {
-    canvas->Legend(std::to_string(counts.matches) + " matches, truth not known", kUnknown);
-  } else {
-    const bool measured = pair.truth.fundamental || pair.truth.homography;
-    const std::string text =
-        measured ? " within " + ThresholdText(threshold_px) + " of the truth" : std::string(" labelled inliers");
-    canvas->Legend(std::to_string(counts.inliers) + text, kInlier);
-    canvas->Legend(std::to_string(counts.matches - counts.inliers) + " others", kOutlier);
-  }
-  canvas->Legend(pair.id, kWhite);
-}
-
-}  // namespace
-
-PictureCounts DrawMatches(const Example& pair, double threshold_px, const std::string& images,
-                          const std::string& path) {
-  const std::vector<Kind> kinds = KindsOf(pair, threshold_px);
-  PictureCounts counts{static_cast<int>(kinds.size()),
-                       static_cast<int>(std::count(kinds.begin(), kinds.end(), Kind::kInlier))};
-  if (std::count(kinds.begin(), kinds.end(), Kind::kUnknown) > 0) counts.inliers = -1;
-  const cv::Mat first = Background(images, pair.image1, pair.problem.size1);
-  const cv::Mat second = Background(images, pair.image2, pair.problem.size2);
-  Canvas canvas(first, second);
-  for (Kind kind : {Kind::kUnknown, Kind::kOutlier, Kind::kInlier})
-    Draw(pair.problem.points, kinds, kind, kMaxLines, &canvas);
-  DrawLegend(pair, counts, threshold_px, &canvas);
-  WritePicture(canvas.image(), path);
-  return counts;
+  return whole;
 }
 
 void DrawInliers(const std::string& image1, const std::string& image2, const PointMatrix& points,
                  const std::vector<std::uint8_t>& inliers, const std::string& caption, const std::string& path) {
-  std::vector<Kind> kinds(static_cast<std::size_t>(points.rows()), Kind::kOutlier);
-  for (std::size_t i = 0; i < std::min(kinds.size(), inliers.size()); ++i)
-    if (inliers[i] != 0) kinds[i] = Kind::kInlier;
-  const auto count = static_cast<std::size_t>(std::count(kinds.begin(), kinds.end(), Kind::kInlier));
-  Canvas canvas(LightImage(ReadGrayImage(image1)), LightImage(ReadGrayImage(image2)));
-  Draw(points, kinds, Kind::kOutlier, 0, &canvas);
-  Draw(points, kinds, Kind::kInlier, kMaxLines, &canvas);
-  const std::string lines = count > kMaxLines ? " (lines: " + std::to_string(kMaxLines) + " of them)" : "";
-  canvas.Legend(std::to_string(count) + " inliers" + lines, kInlier);
-  canvas.Legend(std::to_string(kinds.size() - count) + " other matches", kOutlier);
-  canvas.Legend(caption, kWhite);
-  WritePicture(canvas.image(), path);
+  constexpr int kGap = 8;
+  constexpr std::size_t kMaxLines = 60;
+  constexpr double kMaxWidth = 2400.0, kMaxHeight = 1400.0;
+  // Told apart by colour-blind readers too (Okabe and Ito). Blue, green, red.
+  const cv::Scalar inlier(115, 200, 0), outlier(0, 110, 240), white(255, 255, 255);
+  cv::Mat first = LightImage(ReadGrayImage(image1)), second = LightImage(ReadGrayImage(image2));
+  const double scale =
+      std::min({1.0, (kMaxWidth - kGap) / (first.cols + second.cols), kMaxHeight / std::max(first.rows, second.rows)});
+  for (cv::Mat* image : {&first, &second})
+    if (scale < 1.0) cv::resize(cv::Mat(*image), *image, {}, scale, scale, cv::INTER_AREA);
+  const int offset = first.cols + kGap;
+  cv::Mat picture(std::max(first.rows, second.rows), offset + second.cols, CV_8UC3, white);
+  first.copyTo(picture(cv::Rect(0, 0, first.cols, first.rows)));
+  second.copyTo(picture(cv::Rect(offset, 0, second.cols, second.rows)));
+  picture(cv::Rect(first.cols, 0, kGap, picture.rows)).setTo(cv::Scalar(90, 90, 90));
+  const auto place = [&](Eigen::Index i, int image) {
+    // Far outside, a coordinate need not fit into what OpenCV draws with.
+    const auto at = [&](double value) { return cvRound(std::clamp((value + 0.5) * scale - 0.5, -1e4, 1e4)); };
+    return cv::Point(at(points(i, 2 * image)) + image * offset, at(points(i, 2 * image + 1)));
+  };
+  const auto draw_points = [&](Eigen::Index i, const cv::Scalar& colour) {
+    for (const int image : {0, 1}) cv::circle(picture, place(i, image), 2, colour, cv::FILLED, cv::LINE_AA);
+  };
+  std::vector<Eigen::Index> found;
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    if (static_cast<std::size_t>(i) < inliers.size() && inliers[static_cast<std::size_t>(i)] != 0)
+      found.push_back(i);
+    else if (points.row(i).allFinite())
+      draw_points(i, outlier);
+  }
+  const std::size_t lines = std::min(found.size(), kMaxLines);
+  for (std::size_t k = 0; k < lines; ++k) {
+    const Eigen::Index i = found[k * found.size() / lines];
+    cv::line(picture, place(i, 0), place(i, 1), inlier, 1, cv::LINE_AA);
+  }
+  for (const Eigen::Index i : found) draw_points(i, inlier);
+  const std::string of_them = lines < found.size() ? " (lines: " + std::to_string(lines) + " of them)" : "";
+  WritePicture(WithLegend(picture, {{std::to_string(found.size()) + " inliers" + of_them, inlier},
+                                    {std::to_string(points.rows() - std::ssize(found)) + " other matches", outlier},
+                                    {caption, white}}),
+               path);
 }
 
 }  // namespace diffsac

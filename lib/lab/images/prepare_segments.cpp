@@ -2,68 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <iostream>
 #include <opencv2/imgproc.hpp>
-#include <utility>
 
-#include "diffsac/core/logging.h"
-#include "diffsac/core/parallel.h"
-#include "diffsac/core/status.h"
 #include "diffsac/problem/coordinates.h"
-#include "lab/config/progress.h"
-#include "lab/files/files.h"
 #include "lab/images/detection.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/image_source.h"
 
 namespace diffsac {
-namespace {
-
-namespace fs = std::filesystem;
-
-ImageSegments SegmentsOf(const std::string& path, const SegmentsRequest& request) {
-  const Photograph photograph = ReadPhotograph(path, request.calibration);
-  ImageSegments image = DetectSegments(photograph.gray, request.max_image_size);
-  image.name = ImageName(path);
-  image.K = photograph.K;
-  return image;
-}
-
-std::vector<ImageSegments> ReadPhotographs(const SegmentsRequest& request, const std::atomic<bool>& stop) {
-  const std::vector<std::string> paths =
-      fs::is_directory(request.input) ? ListImages(request.input) : std::vector<std::string>{request.input};
-  std::vector<ImageSegments> images(paths.size());
-  std::vector<std::string> problems(paths.size());
-  Progress progress("images", static_cast<std::int64_t>(paths.size()));
-  ParallelFor(static_cast<std::int64_t>(paths.size()), request.threads, [&](std::int64_t i) {
-    if (stop) return;
-    try {
-      images[i] = SegmentsOf(paths[i], request);
-    } catch (const Error& error) {
-      problems[i] = error.what();
-    }
-    progress.Advance();
-  });
-  progress.Finish();
-  std::vector<ImageSegments> good;
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    if (problems[i].empty())
-      good.push_back(std::move(images[i]));
-    else
-      LogWarning("left out: " + problems[i]);
-  }
-  return good;
-}
-
-std::string SceneOfPhotographs(const SegmentsRequest& request) {
-  if (!request.scene.empty()) return request.scene;
-  const fs::path input(request.input);
-  const std::string folder = fs::is_directory(input) ? request.input : input.parent_path().string();
-  return FolderName(folder.empty() ? "." : folder);
-}
-
-}  // namespace
 
 ImageSegments DetectSegments(const cv::Mat& gray, int max_image_size) {
   ImageSegments image;
@@ -99,25 +45,6 @@ Photograph ReadPhotograph(const std::string& path, const GivenCalibration& calib
     photograph.exif = true;
   }
   return photograph;
-}
-
-bool PrepareSegments(const SegmentsRequest& request, const std::atomic<bool>& stop) {
-  if (!fs::exists(request.input)) throw Error("--input " + request.input + ": there is no such folder or file");
-  const std::string name = SceneOfPhotographs(request);
-  const std::string path = (fs::path(request.output) / name / kSegmentsFile).string();
-  if (!request.overwrite && fs::exists(path)) {
-    LogInfo(path + " is there already (--overwrite makes it again)");
-    return true;
-  }
-  const std::vector<ImageSegments> images = ReadPhotographs(request, stop);
-  if (stop) return false;
-  if (images.empty()) throw Error(request.input + ": no image could be read");
-  MakeWritableFolder(fs::path(path).parent_path().string());
-  WriteSegments(path, images);
-  std::size_t segments = 0;
-  for (const ImageSegments& image : images) segments += static_cast<std::size_t>(image.segments.rows());
-  std::cout << path << ": " << images.size() << " images, " << segments << " segments" << std::endl;
-  return true;
 }
 
 }  // namespace diffsac

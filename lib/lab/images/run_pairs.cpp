@@ -28,9 +28,8 @@ void CheckRequest(const PairsRequest& request, const ImageFormat& format) {
 void RefuseInputsInScene(const PairsRequest& request, const std::string& folder) {
   std::error_code code;
   for (const fs::path input : {request.input, request.options.import_descriptors}) {
-    const bool is_folder = request.format == "hloc" && fs::is_directory(input, code);
-    const fs::path holder = is_folder ? input : fs::absolute(input, code).parent_path();
-    if (!input.empty() && (is_folder || input.extension() == ".h5") && fs::equivalent(holder, folder, code))
+    const fs::path holder = fs::absolute(input, code).parent_path();
+    if (!input.empty() && input.extension() == ".h5" && fs::equivalent(holder, folder, code))
       throw Error("'" + input.string() + "' is an input, and would be replaced in the folder of the scene '" + folder +
                   "': give another --output or --scene");
   }

@@ -1,20 +1,23 @@
 #include <algorithm>
-#include <cstdlib>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "lab/eval/format.h"
 #include "lab/images/pictures.h"
+#include "lab/images/vanishing_text.h"
 
 namespace diffsac {
 namespace {
 
-constexpr double kMostPixels = 1600.0, kFontScale = 0.55;
-constexpr int kLegendRow = 26, kMargin = 10;
+constexpr double kMostPixels = 1600.0;
 const cv::Scalar kOther(150, 150, 150), kBlack(0, 0, 0), kWhite(255, 255, 255);
 
-cv::Scalar ColourOf(const std::string& text) {
-  const unsigned long rgb = std::strtoul(text.c_str() + 1, nullptr, 16);
-  return {double(rgb & 255), double(rgb >> 8 & 255), double(rgb >> 16 & 255)};
+/// Blue, green and red that colour-blind readers can tell apart (Okabe and Ito, "Color universal design", 2008). They
+/// repeat after six.
+cv::Scalar ColourOf(std::size_t index) {
+  static const cv::Scalar kColours[] = {{178, 114, 0},   {0, 94, 213},  {115, 158, 0},
+                                        {167, 121, 204}, {0, 159, 230}, {233, 180, 86}};
+  return kColours[index % std::size(kColours)];
 }
 
 /// The image, reduced, and where its pixels are in it.
@@ -84,51 +87,17 @@ void DrawHorizon(const Horizon& horizon, Canvas* canvas) {
   canvas->Dashes(left, right);
 }
 
-struct Entry {
-  std::string text;
-  cv::Scalar colour;
-  bool dashed = false;
-};
-
-/// Entries from left to right, in as many rows as they need, below the image.
-cv::Mat WithLegend(const cv::Mat& image, const std::vector<Entry>& entries) {
-  const auto width_of = [](const std::string& text) {
-    int baseline = 0;
-    return cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kFontScale, 1, &baseline).width + 50;
-  };
-  int rows = 1, x = kMargin;
-  std::vector<cv::Point> places;
-  for (const Entry& entry : entries) {
-    const int width = width_of(entry.text);
-    if (x > kMargin && x + width > image.cols) {
-      ++rows;
-      x = kMargin;
-    }
-    places.emplace_back(x, image.rows + (rows - 1) * kLegendRow + kLegendRow / 2 + 4);
-    x += width;
-  }
-  cv::Mat whole(image.rows + rows * kLegendRow + 8, image.cols, CV_8UC3, kWhite);
-  image.copyTo(whole(cv::Rect(0, 0, image.cols, image.rows)));
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    const cv::Point& at = places[i];
-    cv::line(whole, at, at + cv::Point(entries[i].dashed ? 8 : 22, 0), entries[i].colour, 3, cv::LINE_AA);
-    if (entries[i].dashed) cv::line(whole, at + cv::Point(14, 0), at + cv::Point(22, 0), kBlack, 3, cv::LINE_AA);
-    cv::putText(whole, entries[i].text, at + cv::Point(28, 5), cv::FONT_HERSHEY_SIMPLEX, kFontScale, kBlack, 1,
-                cv::LINE_AA);
-  }
-  return whole;
-}
-
 }  // namespace
 
-cv::Mat DrawVanishingPoints(const cv::Mat& gray, const PointMatrix& segments, const VanishingPointsEstimate& estimate,
-                            const std::vector<std::string>& labels, const std::vector<std::string>& colours) {
+cv::Mat DrawVanishingPoints(const cv::Mat& gray, const PointMatrix& segments, const VanishingPointsEstimate& estimate) {
   Canvas canvas(gray);
   std::vector<cv::Scalar> drawn;
-  std::vector<Entry> entries;
+  std::vector<LegendEntry> entries;
+  const std::vector<int> counts = SegmentCounts(estimate);
   for (std::size_t k = 0; k < estimate.points.size(); ++k) {
-    drawn.push_back(ColourOf(colours.at(k)));
-    entries.push_back({labels.at(k), drawn.back()});
+    drawn.push_back(ColourOf(k));
+    entries.push_back({Format("%zu: %d segments", k + 1, counts[k]), drawn.back()});
+    if (!estimate.values.empty()) entries.back().text += Format(", sure %.2f", estimate.values[k]);
   }
   for (const bool assigned : {false, true}) DrawSegments(segments, estimate.assignment, assigned, drawn, &canvas);
   if (estimate.horizon) {

@@ -1,16 +1,13 @@
 #include "lab/images/vanishing_text.h"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <cmath>
 
 #include "lab/eval/format.h"
+#include "lab/images/json_values.h"
 
 namespace diffsac {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// What is so many longer sides from the image's middle is at infinity for all that a person cares.
 constexpr double kInfinity = 30.0;
@@ -62,32 +59,21 @@ std::string HorizonText(const VanishingImage& found) {
 
 Json VectorJson(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
 
-Json CameraJson(const std::optional<Eigen::Matrix3d>& K) {
-  if (!K) return nullptr;
-  Json rows = Json::array();
-  for (int i = 0; i < 3; ++i) rows.push_back(VectorJson(K->row(i)));
-  return rows;
-}
-
 /// Numbered from 1, as the assignment is.
-Json PlacesJson(const std::vector<int>& places) {
-  Json numbers = Json::array();
-  for (const int place : places) numbers.push_back(place + 1);
-  return numbers;
+Json PlacesJson(std::vector<int> places) {
+  for (int& place : places) ++place;
+  return places;
 }
 
-Json FocalJson(const std::optional<VanishingFocal>& focal) {
-  if (!focal) return nullptr;
-  return {{"px", focal->focal_px}, {"log_sigma", focal->log_sigma}, {"orthogonal", PlacesJson(focal->orthogonal)}};
+Json FocalJson(const VanishingFocal& focal) {
+  return {{"px", focal.focal_px}, {"log_sigma", focal.log_sigma}, {"orthogonal", PlacesJson(focal.orthogonal)}};
 }
 
-Json HorizonJson(const VanishingPointsEstimate& estimate) {
-  if (!estimate.horizon) return nullptr;
-  const Horizon& horizon = *estimate.horizon;
+Json HorizonJson(const Horizon& horizon, bool calibrated) {
   return {{"line", VectorJson(horizon.line)},
           {"tilt_deg", horizon.TiltDeg()},
-          {"pitch_deg", estimate.K ? Json(horizon.PitchDeg()) : Json(nullptr)},
-          {"up", estimate.K ? VectorJson(horizon.up) : Json(nullptr)},
+          {"pitch_deg", calibrated ? Json(horizon.PitchDeg()) : Json(nullptr)},
+          {"up", calibrated ? VectorJson(horizon.up) : Json(nullptr)},
           {"vertical", horizon.vertical >= 0 ? Json(horizon.vertical + 1) : Json(nullptr)},
           {"horizontal", PlacesJson(horizon.horizontal)}};
 }
@@ -117,10 +103,11 @@ Json ImageJson(const VanishingImage& found) {
           {"status", std::string(ToString(estimate.status))},
           {"vanishing_points", PointsJson(estimate)},
           {"assignment", estimate.assignment},
-          {"K", CameraJson(estimate.K)},
+          {"K", OptionalJson(estimate.K, MatrixJson)},
           {"K_from", CameraSource(found)},
-          {"focal", FocalJson(estimate.focal)},
-          {"horizon", HorizonJson(estimate)},
+          {"focal", OptionalJson(estimate.focal, FocalJson)},
+          {"horizon",
+           OptionalJson(estimate.horizon, [&](const Horizon& h) { return HorizonJson(h, estimate.K.has_value()); })},
           {"ms", {{"segments", found.ms_segments}, {"estimate", estimate.stats.ms_total}}}};
 }
 
@@ -178,7 +165,7 @@ std::string SegmentsText(const VanishingImage& found) {
 std::string VanishingJson(const std::vector<VanishingImage>& images) {
   Json all = Json::array();
   for (const VanishingImage& found : images) all.push_back(ImageJson(found));
-  return Json{{"images", all}}.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return JsonText({{"images", all}});
 }
 
 }  // namespace diffsac

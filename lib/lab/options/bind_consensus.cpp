@@ -25,25 +25,22 @@ void BindScales(OptionsBinder& b, ConsensusOptions& o) {
   const bool scales = o.Uses(ScoreKind::kSigmaMarginalisedMsac) ||
                       o.final_refinement == FinalRefinement::kMarginalised || o.threshold == ThresholdKind::kAdaptive;
   b.Field("least_scale", o.least_scale, AtLeast(0.0))
-      .OnlyIf(scales, "a score or refinement over scales, or threshold: adaptive")
+      .OnlyIf(scales, "a score, refinement or threshold over scales")
       .Help("the smallest threshold that these reckon with, in the data's unit; 0: an eighth of the greatest");
   b.Field("greatest_scale", o.greatest_scale, AtLeast(0.0))
-      .OnlyIf(scales, "a score or refinement over scales, or threshold: adaptive")
+      .OnlyIf(scales, "a score, refinement or threshold over scales")
       .Help("the greatest one; 0: the scoring threshold");
   b.Require(o.greatest_scale == 0.0 || o.least_scale < o.greatest_scale, "least_scale", "below greatest_scale");
   b.Field("inlier_prior_power", o.inlier_prior_power, AtLeast(0.0))
-      .Help(
-          "points count with their probability of being inliers (a network's, or by the ratio) to this power; 0: "
-          "alike");
+      .Help("points count with their probability of being inliers to this power; 0: alike");
   b.Field("keypoint_orientation_weight", o.keypoint_orientation_weight, Within(0.0, 1.0))
-      .Help(
-          "epipolar models: a match whose keypoint does not turn as its epipolar lines do counts with this; 1: alike");
+      .Help("F, E: a match whose keypoint does not turn as its epipolar lines do counts with this");
   b.Field("camera_prior", o.camera_prior, AtLeast(0.0))
       .Help(
-          "F and H, with image sizes: scores are divided by 1 + this · (s₁ − s₂)/s₂ of E, or (s₁ − s₃)/s₂ of H, with a "
-          "guessed focal length; unknown focal lengths: by 1 + this · (deviation from the prior in its σ)²");
+          "scores are divided by 1 + this · what speaks against a usual camera: F, H of known image sizes, unknown "
+          "focal lengths (docs/two_view.md)");
   b.Field("focal_log_sigma", o.focal_log_sigma, Positive())
-      .Help("unknown focal lengths: σ of log f before anything is seen, of images for which the data gives none");
+      .Help("unknown focal lengths: σ of log f where the data gives none");
 }
 
 void BindRefits(OptionsBinder& b, ConsensusOptions& o) {
@@ -61,14 +58,13 @@ void BindRefits(OptionsBinder& b, ConsensusOptions& o) {
   const bool optimised = o.local_optimization != LocalOptimization::kNone;
   b.Field("lo_starts", o.lo_starts, Within(0, 1e4))
       .OnlyIf(optimised, "a local_optimization")
-      .Help("so many of the best draws that differ are optimised locally after the search, unless it ended confident");
+      .Help("so many of the best draws that differ are optimised locally after the search");
   b.Field("lo_restarts", o.lo_restarts, Within(0, 1e4))
       .OnlyIf(optimised, "a local_optimization")
-      .Help(
-          "there as well: the chosen model is optimised locally so many times more, from other samples of its inliers");
+      .Help("so many times more for the chosen model, from other samples of its inliers");
   b.Field("num_finalists", o.num_finalists, Within(0, 1e4))
       .OnlyIf(o.final_refinement != FinalRefinement::kNone, "final_refinement: lm or lm_marginalised")
-      .Help("all candidates are refitted once and refined by a few steps, and so many of them to the end; 0: all");
+      .Help("so many candidates are refined to the end, the others by a few steps; 0: all");
 }
 
 }  // namespace
@@ -101,10 +97,8 @@ void BindOptions(OptionsBinder& b, ConsensusOptions& o) {
 void BindOptions(OptionsBinder& b, MinimalSamplerOptions& o) {
   b.Field("sampler", o.sampler)
       .Help(
-          "what draws minimal sets; prosac needs matching ratios, p_napsac uses them, weighted draws longer segments "
-          "(vanishing_point) more often; length_consistency and length_ratio_consistency, of clouds, draw matches "
-          "whose lengths agree, or do so "
-          "by one scale");
+          "prosac: in the order of matching ratios; weighted: longer segments more often; length_consistency, "
+          "length_ratio_consistency: of clouds, matches whose lengths agree, or by one scale");
   b.Field("napsac_neighbors", o.napsac_neighbors, Within(1, 1e5))
       .OnlyIf(o.sampler == MinimalSamplerKind::kNapsac, "sampler: napsac")
       .Help("how many nearest points count as neighbours");
@@ -113,29 +107,25 @@ void BindOptions(OptionsBinder& b, MinimalSamplerOptions& o) {
 void BindOptions(OptionsBinder& b, InstanceSearchOptions& o) {
   b.Field("search", o.search)
       .Help(
-          "`one` model; several: `sequential`, each search on the points that are left; `at_once`, from one pool of "
-          "hypotheses; `chosen`, of that pool by a network that learned from labels; `pearl`, of that pool by an "
-          "energy of all labels, and "
-          "of models that are drawn within the structures found");
+          "several: `sequential`, each search on the points that are left; from one pool of hypotheses `at_once`, "
+          "`chosen` by a network, `pearl` by an energy of all labels");
   const bool several = o.Several();
-  const char* only = "instances.search other than one";
+  const char* only = "another search than one";
   b.Field("most", o.most, Within(1, 1000)).OnlyIf(several, only).Help("structures that are looked for at most");
   const bool chosen = o.search == InstanceSearch::kChosen, energy = o.search == InstanceSearch::kPearl;
-  const char* by_chance = "instances.search other than one, chosen and pearl";
+  const char* by_chance = "search: sequential or at_once";
   b.Field("log10_nfa", o.log10_nfa)
       .OnlyIf(several && !chosen && !energy, by_chance)
       .Help("a structure is taken while chance gives fewer than 10 to this power of its like");
   b.Field("least_chance", o.least_chance, Within(0.0, 1.0))
       .OnlyIf(several && !chosen && !energy, by_chance)
-      .Help(
-          "a point anywhere is within ε of a model with this probability at least; what uniform points say where that "
-          "is more");
+      .Help("probability at least that a point anywhere is within ε of a model");
   b.Field("rounds", o.rounds, Within(0, 100))
-      .OnlyIf(several && !chosen, "instances.search other than one and chosen")
+      .OnlyIf(several && !chosen, "search: sequential, at_once or pearl")
       .Help(
-          "of assigning points to the nearest model and refitting models to their points; of `pearl`, of drawing "
-          "within structures, adding, merging and removing models");
-  const char* by_energy = "instances.search: pearl";
+          "of assigning points and refitting models; `pearl`: of drawing within structures, adding, merging and "
+          "removing");
+  const char* by_energy = "search: pearl";
   b.Field("core", o.core, Within(1e-3, 100.0))
       .OnlyIf(energy, by_energy)
       .Help("the cost of a residual rises from this share of ε on, by its logarithm");
@@ -147,9 +137,7 @@ void BindOptions(OptionsBinder& b, InstanceSearchOptions& o) {
       .Help("of a point without a model");
   b.Field("support_weight", o.support_weight, Within(0.0, 100.0))
       .OnlyIf(energy, by_energy)
-      .Help(
-          "of what the neighbours of a match say for it, added to its cost as an outlier; points of other data have "
-          "none");
+      .Help("of what the neighbours of a match say for it, added to its cost as an outlier");
   b.Field("instance_cost", o.instance_cost, Within(0.0, 1e6)).OnlyIf(energy, by_energy).Help("of each model");
   b.Field("spatial_weight", o.spatial_weight, Within(0.0, 100.0))
       .OnlyIf(energy, by_energy)
@@ -158,10 +146,10 @@ void BindOptions(OptionsBinder& b, InstanceSearchOptions& o) {
       .OnlyIf(energy, by_energy)
       .Help("nearest points, in all coordinates, that are a point's neighbours");
   b.Field("chooser", o.chooser)
-      .OnlyIf(chosen, "instances.search: chosen")
+      .OnlyIf(chosen, "search: chosen")
       .Help("the file of a network that was trained with `method: structure_chooser`");
   b.Field("least_value", o.least_value, Within(0.0, 1.0))
-      .OnlyIf(chosen, "instances.search: chosen")
+      .OnlyIf(chosen, "search: chosen")
       .Help("a structure is taken while the chooser expects it to be worth so much; 0: as many as `most`");
   b.Require(!chosen || !o.chooser.empty() || o.chosen_by != nullptr, "chooser", "a file");
 }

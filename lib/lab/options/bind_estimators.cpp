@@ -25,9 +25,7 @@ void BindSearch(OptionsBinder& b, Options& o) {
   b.Field("instances", o.instances).Help("whether several models are looked for, and how");
   b.Field("search_again", o.search_again).Help("whether a first search that leaves doubts is followed by a second one");
   b.Field("photographs", o.photographs)
-      .Help(
-          "fundamental matrices, images of known size: whether they are of cameras with square pixels, principal "
-          "points near the middle and usual focal lengths");
+      .Help("F, images of equal sizes: of one camera with square pixels and a usual focal length");
 }
 
 }  // namespace
@@ -55,21 +53,19 @@ void BindOptions(OptionsBinder& b, ClassicalOptions& o) {
 
 void BindShared(OptionsBinder& b, LearnedOptions& o) {
   b.Field("feature_hypotheses", o.feature_hypotheses)
-      .Help("score the hypotheses that the features were made from as well (they are paid for and counted)");
+      .Help("score the hypotheses that the features were made from as well");
   b.Field("residual_draws", o.residual_draws, Within(0, 1e5))
-      .Help("minimal sets that the residual features are drawn from, all counted in the budget; 0: as in training");
+      .Help("minimal sets of the residual features; 0: as in training");
   b.Field("batch", o.batch, Within(1, 4096)).Help("problems a network call");
   BindSearch(b, o);
   b.Field("inlier_prior_of", o.inlier_prior_of)
       .OnlyIf(o.consensus.inlier_prior_power > 0.0, "consensus.inlier_prior_power above 0")
-      .Help(
-          "whose probabilities weigh the points in scores; both: their geometric mean; but for network points weigh "
-          "alike where there are no ratios");
+      .Help("whose probabilities weigh the points in scores; both: their geometric mean");
 }
 
 void BindOptions(OptionsBinder& b, DiffsacOptions& o) {
   b.Field("num_diffusion_samples", o.num_diffusion_samples, Within(0, 10000))
-      .Help("κ: noise vectors of the reverse process, and minimal sets, for each problem; 0: the inlier head alone");
+      .Help("κ: copies of the reverse process, and minimal sets; 0: the inlier head alone");
   const bool diffusion = o.num_diffusion_samples > 0;
   const char* by_diffusion = "num_diffusion_samples above 0";
   b.Field("sampler", o.sampler)
@@ -78,23 +74,21 @@ void BindOptions(OptionsBinder& b, DiffsacOptions& o) {
   b.Field("selection", o.selection)
       .OnlyIf(diffusion || o.selection == SetSelection::kGumbel, by_diffusion)
       .Help(
-          "maximum: top-γ; probabilistic: γ drawn by softmax(confidence / temperature); gumbel: γ drawn in proportion "
-          "to p^(1/temperature), p = (1 + confidence) / 2, as the inlier head's sets always are");
+          "maximum: top-γ; probabilistic: drawn by softmax(confidence / temperature); gumbel: in proportion to "
+          "p^(1/temperature), p = (1 + confidence) / 2, as the inlier head's sets always are");
   b.Field("num_guided_samples", o.num_guided_samples, Within(0, 10000))
-      .Help(
-          "so many sets from the inlier head, after those of the copies; at least 1 where num_diffusion_samples is 0");
+      .Help("sets from the inlier head, after those of the copies");
   b.Require(diffusion || o.num_guided_samples > 0, "num_diffusion_samples",
             "at least 1, or num_guided_samples above 0");
   b.Field("draws_by", o.draws_by)
       .OnlyIf(o.num_guided_samples > 0, "num_guided_samples above 0")
-      .Help(
-          "by whose probabilities the inlier head's sets are drawn; both, their geometric mean, also orders PROSAC's");
+      .Help("by whose probabilities the inlier head's sets are drawn; both also orders PROSAC's");
   const bool drawn = o.selection != SetSelection::kMaximum || o.num_guided_samples > 0;
   b.Field("temperature", o.temperature, Positive())
       .OnlyIf(drawn, "selection: probabilistic or gumbel, or sets from the inlier head")
       .Help(
-          "of drawn sets; [first, last]: the copies go from one to the other in equal ratios, the inlier head's sets "
-          "through ten such temperatures again and again");
+          "of drawn sets; [first, last]: copies go from one to the other in equal ratios, the inlier head's sets "
+          "through ten such");
   b.Field("num_uniform_samples", o.num_uniform_samples, Within(0, 1000000))
       .Help("so many sets more from another sampler, after the others");
   b.Field("extra_sampler", o.extra_sampler, {MinimalSamplerKind::kUniform, MinimalSamplerKind::kProsac})
@@ -103,20 +97,20 @@ void BindOptions(OptionsBinder& b, DiffsacOptions& o) {
   const bool may_lack = diffusion && o.unique_sets && o.selection == SetSelection::kMaximum;
   b.Field("intermediate_sets", o.intermediate_sets)
       .OnlyIf(may_lack || !o.intermediate_sets, "num_diffusion_samples above 0 and selection: maximum")
-      .Help("where the copies have no new set, or go on, predictions of earlier reverse steps follow, latest first");
+      .Help("where the copies have no new set, predictions of earlier reverse steps follow");
   b.Field("learned_refit", o.weighted_fit)
       .Help("add one weighted least-squares hypothesis with the network's inlier probabilities as weights");
   b.Field("max_decoded_points", o.max_decoded_points, AtLeast(0))
       .OnlyIf(diffusion || o.max_decoded_points == 0, by_diffusion)
-      .Help("decode only this many points of highest inlier probability; 0 decodes all; needs the inlier head");
+      .Help("only so many points of highest inlier probability are decoded; 0: all");
   b.Field("max_encoded_points", o.max_encoded_points, AtLeast(0))
       .Help(
-          "only so many points that are likely by ratio and neighbourhood (lines and planes: by the feature "
-          "hypotheses) go into the network, the others are weighed by that; 0: all");
+          "only so many points that are likely by ratio and neighbourhood, or by the feature hypotheses, go into the "
+          "network; 0: all");
   b.Field("engine", o.engine)
       .Help(
-          "what computes the network; `fused`: plain C++ on the CPU, one problem a thread, for kind: pooled; "
-          "`libtorch`: every kind and device; `auto`: fused where it can");
+          "`fused`: plain C++ on the CPU, for kind: pooled; `libtorch`: every kind and device; `auto`: fused where it "
+          "can");
   BindShared(b, o);
   b.Require(o.consensus.stopping == Stopping::kBudget || o.consensus.min_iterations <= o.consensus.max_iterations,
             "consensus.min_iterations", "at most consensus.max_iterations");

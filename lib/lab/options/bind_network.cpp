@@ -7,13 +7,11 @@ namespace diffsac {
 
 void BindOptions(OptionsBinder& b, PointFeaturesOptions& o) {
   b.Field("kinds", o.kinds)
-      .Help(
-          "their columns stand side by side in this order, those of the coordinates once; ratios, neighborhoods, "
-          "descriptors and similarities are for two views");
+      .Help("their columns stand side by side; ratios, neighborhoods, descriptors and similarities are for two views");
   const bool descriptors = o.Has(PointFeature::kDescriptors), residual = o.Has(PointFeature::kResidual);
   b.Field("use_calibration", o.use_calibration)
       .OnlyIf(o.kinds != std::vector{PointFeature::kResidual}, "other kinds than [residual]")
-      .Help("two views: coordinates of the calibrated camera where it is known; else by the images' sizes");
+      .Help("coordinates of the calibrated camera where it is known, else by the images' sizes");
   b.Field("descriptor_size", o.descriptor_size, Within(1, 4096))
       .OnlyIf(descriptors, "kinds: [coordinates_descriptors]")
       .Help("values of one descriptor (128 for SIFT: the paper's 260 columns)");
@@ -28,12 +26,10 @@ void BindOptions(OptionsBinder& b, PointFeaturesOptions& o) {
       .Help("how many of the best-scored are kept as columns");
   b.Field("residual_from", o.residual_from)
       .OnlyIf(residual, "kinds: [residual]")
-      .Help("`uniform`: random sets; `napsac`: a point and its neighbours, for structures that lie apart");
+      .Help("`napsac`: a point and its neighbours, for structures that lie apart");
   b.Field("residual_choice", o.residual_choice)
       .OnlyIf(residual, "kinds: [residual]")
-      .Help(
-          "`best`: those of highest score; `spread`: each adds most to what the earlier ones explain, so that no "
-          "structure takes all columns");
+      .Help("`spread`: each adds most to what the earlier ones explain, so that no structure takes all columns");
   b.Require(!o.kinds.empty(), "kinds",
             "at least one of coordinates, coordinates_ratio, neighborhood, coordinates_descriptors, similarity, "
             "residual");
@@ -63,9 +59,8 @@ void BindOptions(OptionsBinder& b, NoiseScheduleOptions& o) {
 void BindOptions(OptionsBinder& b, ReverseSamplerOptions& o) {
   b.Field("kind", o.kind)
       .Help(
-          "`ddpm`: the posterior q(c_{t−1} | c_t, ĉ_0) of Ho et al. 2020, also over strided steps; `renoise`: the "
-          "paper's update in its inference section, which is multistep consistency sampling (Song et al., ICML "
-          "2023); `ddim`: Song et al., ICLR 2021; `dpm_solver_pp`: DPM-Solver++, as in the paper's experiments");
+          "`renoise`: the update in the paper's text (multistep consistency sampling); `dpm_solver_pp`: as in the "
+          "paper's experiments");
   b.Field("steps", o.steps, Within(1, 1e5)).Help("at most the schedule's T; `ddpm` as published takes all T");
   const bool dpm = o.kind == ReverseSamplerKind::kDpmSolverPp;
   b.Field("order", o.order, Within(1, 2)).OnlyIf(dpm, "kind: dpm_solver_pp").Help("of the solver; 2: multistep (2M)");
@@ -74,9 +69,8 @@ void BindOptions(OptionsBinder& b, ReverseSamplerOptions& o) {
 void BindOptions(OptionsBinder& b, DenoiserOptions& o) {
   b.Field("kind", o.kind)
       .Help(
-          "`point_transformer`: the paper's; `pooled`: point-wise layers with pooled context, for CPUs; the others of "
-          "the paper's ablation: `mlp`, each point by itself, `dgcnn`, edge convolutions over nearest points in "
-          "feature space");
+          "`point_transformer`: the paper's; `pooled`: point-wise layers with pooled context, for CPUs; `mlp`, "
+          "`dgcnn`: of the paper's ablation");
   const bool transformer = o.kind == DenoiserKind::kPointTransformer;
   b.Field("width", o.width, Within(8, 4096)).Help("channels of a point");
   b.Field("heads", o.heads, Within(1, 64)).OnlyIf(transformer, "kind: point_transformer").Help("attention heads");
@@ -90,8 +84,8 @@ void BindOptions(OptionsBinder& b, DenoiserOptions& o) {
       .Help("a second output: each point's inlier probability, for the learned refit and the inlier head's sets");
   b.Field("relation", o.relation)
       .Help(
-          "each point also sees how much it agrees with the points that are confident now, for several structures; "
-          "needs features.kinds: [residual]");
+          "each point also sees how much it agrees with points that are confident now; needs features.kinds: "
+          "[residual]");
   b.Require(o.width % 2 == 0, "width", "an even number");
   b.Require(!transformer || o.width % o.heads == 0, "heads", "a divisor of width");
   b.Require(!o.inlier_head || o.encoder_layers > 0, "inlier_head",
@@ -104,8 +98,7 @@ void BindOptions(OptionsBinder& b, NetworkOptions& o) {
   b.Field("schedule", o.schedule).Help("the forward process");
   b.Field("loss", o.loss)
       .Help("`mse`: the network's output is ĉ_0 (Algorithm 1); `bce`: it is the logit of \"c_0 = +1\"");
-  b.Field("direct", o.direct)
-      .Help("no diffusion: trained without noise to predict c_0 from the points at once, and called once");
+  b.Field("direct", o.direct).Help("no diffusion: predicts c_0 from the points at once");
 }
 
 void BindOptions(OptionsBinder& b, SetScorerOptions& o) {

@@ -13,7 +13,8 @@ namespace diffsac {
 
 DiffsacNetwork::DiffsacNetwork(Task task_value, const NetworkOptions& network_options, Rng rng)
     : LearnedNetwork(task_value, network_options) {
-  module = MakeDenoiser(network_options.denoiser, {features.width(), features.first_residual()}, rng);
+  module = std::make_shared<Denoiser>(network_options.denoiser,
+                                      FeatureColumns(features.width(), features.first_residual()), rng);
 }
 
 torch::Tensor DiffsacNetwork::Confidence(const torch::Tensor& output) const {

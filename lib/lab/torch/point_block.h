@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "diffsac/core/random.h"
-#include "lab/torch/denoiser.h"
+#include "diffsac/guidance/engine/network_options.h"
 
 namespace diffsac {
 
@@ -18,7 +18,8 @@ class PointBlock : public torch::nn::Module {
   virtual torch::Tensor Forward(const torch::Tensor& x, const torch::Tensor& mask) = 0;
 };
 
-/// kind: kPooled, kMlp or kDgcnn, whose `neighbors` they are.
-std::shared_ptr<PointBlock> MakePointBlock(DenoiserKind kind, std::int64_t width, std::int64_t neighbors, Rng rng);
+/// Of the options' kind and width. `mlp`, "MLPs" of the paper's ablation (e), is a layer of each point by itself:
+/// x + B gelu(A norm(x)), A to twice the width. The others have files of their own.
+std::shared_ptr<PointBlock> MakePointBlock(const DenoiserOptions& options, Rng rng);
 
 }  // namespace diffsac

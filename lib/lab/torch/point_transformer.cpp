@@ -9,21 +9,27 @@
 namespace diffsac {
 namespace nn = torch::nn;
 
-TransformerMlp::TransformerMlp(std::int64_t width, double standard_deviation, Rng rng) {
+namespace {
+
+// Of the weights' start.
+double DeviationOf(std::int64_t width) { return 0.25 * std::sqrt(1.0 / static_cast<double>(width)); }
+
+}  // namespace
+
+TransformerMlp::TransformerMlp(std::int64_t width, Rng rng) {
   c_fc_ = register_module("c_fc", nn::Linear(width, 4 * width));
   c_proj_ = register_module("c_proj", nn::Linear(4 * width, width));
-  InitializeLinear(*c_fc_, LinearStart::kScaled, standard_deviation, rng.Fork("c_fc"));
-  InitializeLinear(*c_proj_, LinearStart::kScaled, standard_deviation, rng.Fork("c_proj"));
+  InitializeLinear(*c_fc_, LinearStart::kScaled, DeviationOf(width), rng.Fork("c_fc"));
+  InitializeLinear(*c_proj_, LinearStart::kScaled, DeviationOf(width), rng.Fork("c_proj"));
 }
 
 torch::Tensor TransformerMlp::Forward(const torch::Tensor& x) { return c_proj_(torch::gelu(c_fc_(x))); }
 
-PointAttention::PointAttention(std::int64_t width, std::int64_t heads, double standard_deviation, Rng rng)
-    : heads_(heads) {
+PointAttention::PointAttention(std::int64_t width, std::int64_t heads, Rng rng) : heads_(heads) {
   c_qkv_ = register_module("c_qkv", nn::Linear(width, 3 * width));
   c_proj_ = register_module("c_proj", nn::Linear(width, width));
-  InitializeLinear(*c_qkv_, LinearStart::kScaled, standard_deviation, rng.Fork("c_qkv"));
-  InitializeLinear(*c_proj_, LinearStart::kScaled, standard_deviation, rng.Fork("c_proj"));
+  InitializeLinear(*c_qkv_, LinearStart::kScaled, DeviationOf(width), rng.Fork("c_qkv"));
+  InitializeLinear(*c_proj_, LinearStart::kScaled, DeviationOf(width), rng.Fork("c_proj"));
 }
 
 torch::Tensor PointAttention::Forward(const torch::Tensor& x, const torch::Tensor& mask) {
@@ -37,41 +43,16 @@ torch::Tensor PointAttention::Forward(const torch::Tensor& x, const torch::Tenso
   return c_proj_(mixed.transpose(1, 2).reshape({sets, points, width}));
 }
 
-ResidualAttentionBlock::ResidualAttentionBlock(std::int64_t width, std::int64_t heads, double standard_deviation,
-                                               Rng rng) {
-  attn_ = register_module("attn", std::make_shared<PointAttention>(width, heads, standard_deviation, rng.Fork("attn")));
+ResidualAttentionBlock::ResidualAttentionBlock(std::int64_t width, std::int64_t heads, Rng rng) {
+  attn_ = register_module("attn", std::make_shared<PointAttention>(width, heads, rng.Fork("attn")));
   ln_1_ = register_module("ln_1", nn::LayerNorm(nn::LayerNormOptions({width})));
-  mlp_ = register_module("mlp", std::make_shared<TransformerMlp>(width, standard_deviation, rng.Fork("mlp")));
+  mlp_ = register_module("mlp", std::make_shared<TransformerMlp>(width, rng.Fork("mlp")));
   ln_2_ = register_module("ln_2", nn::LayerNorm(nn::LayerNormOptions({width})));
 }
 
 torch::Tensor ResidualAttentionBlock::Forward(const torch::Tensor& x, const torch::Tensor& mask) {
   const auto h = x + attn_->Forward(ln_1_(x), mask);
   return h + mlp_->Forward(ln_2_(h));
-}
-
-PointTransformer::PointTransformer(const DenoiserOptions& options, const FeatureColumns& columns, Rng rng)
-    : DenoiserBase(options, columns) {
-  const std::int64_t width = options.width;
-  const double standard_deviation = 0.25 * std::sqrt(1.0 / options.width);
-  const auto make = [&](Rng block_rng) {
-    return std::make_shared<ResidualAttentionBlock>(width, options.heads, standard_deviation, block_rng);
-  };
-  input_points_ = AddLinear("input_points", columns.width, width, rng);
-  AddConfidenceInput(rng);
-  const auto time = register_module(
-      "time_embed", std::make_shared<TransformerMlp>(width, standard_deviation, rng.Fork("time_embed")));
-  time_mlp_ = [time](const torch::Tensor& embedding) { return time->Forward(embedding); };
-  if (options.encoder_layers > 0) {
-    ln_encoder_pre_ = AddNorm("ln_encoder_pre");
-    encoder_ = AddBlocks("encoder", options.encoder_layers, rng, make);
-    ln_encoder_post_ = AddNorm("ln_encoder_post");
-  }
-  if (options.inlier_head) inlier_proj_ = AddLinear("inlier_proj", width, 1, rng, true);
-  ln_pre_ = AddNorm("ln_pre");
-  decoder_ = AddBlocks("block", options.layers, rng, make);
-  ln_post_ = AddNorm("ln_post");
-  output_proj_ = AddLinear("output_proj", width, 1, rng, true);
 }
 
 }  // namespace diffsac

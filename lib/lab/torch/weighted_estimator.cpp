@@ -8,7 +8,6 @@
 
 #include "diffsac/ransac/samplers/weighted_sampler.h"
 #include "lab/config/row_keys.h"
-#include "lab/torch/prediction_tensors.h"
 
 namespace diffsac {
 namespace {
@@ -59,8 +58,14 @@ void WeightedEstimator::Infer(std::span<const NormalizedProblem>, std::span<cons
                               std::span<Prediction> predictions) const {
   const c10::InferenceMode inference;
   BeginCall(*weights_);
-  const auto batch = BatchOf(predictions, weights_->device);
-  SplitWeights(weights_->module->Weights(batch), batch.lengths, predictions);
+  std::vector<const FeatureSet*> rows;
+  for (const auto& prediction : predictions) rows.push_back(&prediction.features);
+  const auto batch = MakePointBatch(rows).To(weights_->device);
+  const auto weights = weights_->module->Weights(batch).to(torch::kCPU, torch::kFloat).contiguous();
+  for (std::size_t b = 0; b < predictions.size(); ++b) {
+    const float* row = weights.data_ptr<float>() + static_cast<std::int64_t>(b) * weights.size(1);
+    predictions[b].weights.assign(row, row + batch.lengths[b]);
+  }
 }
 
 std::unique_ptr<MinimalSampler> WeightedEstimator::MakeSampler(const Guidance& guide) const {

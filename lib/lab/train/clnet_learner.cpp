@@ -9,7 +9,7 @@
 #include "lab/train/batch_tensors.h"
 #include "lab/train/consensus_loss.h"
 #include "lab/train/expected_loss.h"
-#include "lab/train/weight_learner.h"
+#include "lab/train/network_learner.h"
 
 namespace diffsac {
 namespace {
@@ -32,9 +32,9 @@ void ClnetLosses::Bind(OptionsBinder& b) {
   b.Field("regression_start", regression_start, Within(0.0, 1.0)).Help("share of the iterations after which it counts");
 }
 
-class ClnetLearner : public WeightLearner<ClnetNetwork, ClnetLosses> {
+class ClnetLearner : public NetworkLearner<WeightedEstimator, WeightTraining<ClnetNetwork, ClnetLosses>> {
  public:
-  using WeightLearner::WeightLearner;
+  using NetworkLearner::NetworkLearner;
   std::vector<std::string> loss_names() const override {
     return {"loss_pruning", "loss_candidates", "loss_regression", "kept_inliers"};
   }

@@ -57,15 +57,14 @@ is itself a configuration. An unknown key, a wrong type, a value out of range or
 nearest key. Rows are named in the order of the table. The block `report` is for `scripts/report` alone ([report.md](report.md)): title,
 notes, comparisons, strata, the paper's values, figures. Changing it, or a label, measures nothing anew.
 
-Paths in a file (`include`, `checkpoint`, `start_from`, `chooser`, `paths`, `root`, `folder`) are relative to that file. But for `include`,
-what is not there is looked for in the current folder, as what `--set` gives is, and what begins with `models/` then in `$DIFFSAC_MODELS`
-and in `share/diffsac/models` beside the program, and last in the library. Where nothing is found, the message names every place.
+Paths in a file are relative to it. What is not there is looked for in the current folder, and what begins with `models/` then in
+`$DIFFSAC_MODELS`, in `share/diffsac/models` beside the program and in the library; a message names every place.
 
 # Keys
 
 From here on `diffsac_train --describe-options` wrote what the code reads; `cmake --build --preset release --target diffsac_reference` writes
-the page. A key stands with its default, then what it may be where the default does not tell, and what it means. A key that stood before is
-only named, with its default where that is another. Defaults are those of the first task that a type has; `config.yaml` shows a task's own.
+the page. A key stands with its default, then what it may be where the default does not tell, and what it means; "with": it acts only then. A key that
+stood before is only named, with its default where that is another. Defaults are those of a type's first task; `config.yaml` shows a task's own.
 )";
 
 constexpr char kMainMethod[] = "diffsac";
@@ -76,15 +75,26 @@ std::string KeyText(const std::string& key, const std::string& value) {
   return Code(value.empty() ? key : key + ": " + value);
 }
 
-/// What a key may be, where its default does not show it.
-std::string LimitsText(const std::string& type) {
-  for (const char* plain :
-       {"a text", "true or false", "a map", "a list of texts", "anything", "a number", "an integer"})
-    if (type == plain) return "";
-  std::string text = type;
-  for (const char* start : {"one of ", "an integer ", "a number or a range [low, high], ", "a number "})
-    if (text.starts_with(start)) text = text.substr(std::string(start).size());
-  return " (" + text + ")";
+/// What a key may be, where its default does not show it: "(one, sequential)", "(>= 0)", "(1 to 1e6)".
+std::string LimitsText(std::string type) {
+  constexpr std::pair<const char*, const char*> kShorter[] = {{"a number or a range [low, high],", ""},
+                                                              {"a list of texts", ""},
+                                                              {"true or false", ""},
+                                                              {"an integer", ""},
+                                                              {"a number", ""},
+                                                              {"a text", ""},
+                                                              {"anything", ""},
+                                                              {"one of ", ""},
+                                                              {" and at most", ", <="},
+                                                              {"of at least", ">="},
+                                                              {"above", ">"},
+                                                              {" from ", ""},
+                                                              {".0e+0", "e"}};
+  if (type == "a map") return "";
+  for (const auto& [text, by] : kShorter)
+    for (std::size_t at; (at = type.find(text)) != std::string::npos;) type.replace(at, std::string(text).size(), by);
+  type.erase(0, type.find_first_not_of(' '));
+  return type.empty() ? "" : " (" + type + ")";
 }
 
 /// Writes keys as lists. A key that was written before is only named.
@@ -95,9 +105,9 @@ class Reference {
   void Section(const std::string& heading, const std::string& help, const Descriptions& keys) {
     text_ += "\n" + heading + "\n\n" + help + "\n\n";
     place_ = heading.substr(heading.find(' ') + 1);
-    std::map<std::string, std::string> before;
-    Write("", "", keys, &before);
-    for (const auto& [place, names] : before) text_ += "- As of " + place + ": " + names + ".\n";
+    Earlier earlier;
+    Write("", "", keys, &earlier);
+    for (const auto& [place, names] : earlier) text_ += "- As of " + place + ": " + ListOf(place, names) + ".\n";
   }
 
   const std::string& text() const { return text_; }
@@ -106,6 +116,25 @@ class Reference {
   struct Known {
     std::string place, default_value;
   };
+  /// Keys that were written before, by place: as they are named, and with defaults that are others than there.
+  using Earlier = std::map<std::string, std::vector<std::pair<std::string, std::string>>>;
+
+  /// "`a`, `b: 2`", or where most of the keys of that place are there "all but `c`; `b: 2`".
+  std::string ListOf(const std::string& place, const Earlier::mapped_type& names) const {
+    const auto own = own_keys_.find(place);
+    std::string list, missing, changed;
+    std::size_t lacking = 0;
+    for (const std::string& key : own == own_keys_.end() ? std::vector<std::string>() : own->second) {
+      if (std::any_of(names.begin(), names.end(), [&](const auto& name) { return name.first == key; })) continue;
+      missing += (lacking++ == 0 ? " but " : ", ") + key;
+    }
+    for (const auto& [name, text] : names) {
+      list += (list.empty() ? "" : ", ") + text;
+      if (text != name) changed += (changed.empty() ? "; " : ", ") + text;
+    }
+    const std::string shorter = "all" + missing + changed;
+    return own != own_keys_.end() && lacking < own->second.size() && shorter.size() < list.size() ? shorter : list;
+  }
 
   /// `group`: the key of the map that holds it.
   static std::string IdOf(const std::string& group, const OptionDescription& key) {
@@ -118,14 +147,24 @@ class Reference {
                                 : std::all_of(key.children.begin(), key.children.end(), child_known);
   }
 
-  /// The keys whose default is another than where they were written.
-  std::string Changed(const std::string& full, const std::string& group, const OptionDescription& key) const {
+  /// "`a: 1`" of a key, "`b` (`c: 2`)" of a map: with defaults that are others than where they were written.
+  std::string Named(const std::string& path, const std::string& group, const OptionDescription& key) const {
+    if (key.children.empty()) {
+      const bool same = known_.at(IdOf(group, key)).default_value == key.default_value;
+      return KeyText(path + key.key, same ? "" : key.default_value.empty() ? "~" : key.default_value);
+    }
+    return Code(path + key.key) + (Changed("", key).empty() ? "" : " (" + Changed("", key).substr(2) + ")");
+  }
+
+  std::string Changed(const std::string& path, const OptionDescription& map) const {
     std::string text;
-    for (const OptionDescription& child : key.children) text += Changed(full + "." + child.key, key.key, child);
-    if (!key.children.empty()) return text;
-    return known_.at(IdOf(group, key)).default_value == key.default_value
-               ? ""
-               : ", " + Code(full + ": " + (key.default_value.empty() ? "~" : key.default_value));
+    for (const OptionDescription& key : map.children) {
+      const std::string named = Named(path, map.key, key);
+      text += !key.children.empty()           ? Changed(path + key.key + ".", key)
+              : named != Code(path + key.key) ? ", " + named
+                                              : "";
+    }
+    return text;
   }
 
   std::string PlaceOf(const std::string& group, const OptionDescription& key) const {
@@ -133,28 +172,27 @@ class Reference {
   }
 
   /// `path`: of the map, with a dot behind.
-  void Write(const std::string& path, const std::string& group, const Descriptions& keys,
-             std::map<std::string, std::string>* before) {
+  void Write(const std::string& path, const std::string& group, const Descriptions& keys, Earlier* earlier) {
     for (const OptionDescription& key : keys) {
       const std::string full = path + key.key;
       if (IsKnown(group, key)) {
-        std::string& names = (*before)[PlaceOf(group, key)];
-        const std::string changed = Changed(full, group, key);
-        const bool shown = key.children.empty() && !changed.empty();
-        names += (names.empty() ? "" : ", ") + (shown ? changed.substr(2) : Code(full) + changed);
+        (*earlier)[PlaceOf(group, key)].emplace_back(Code(full), Named(path, group, key));
         continue;
       }
-      text_ += "- " + KeyText(full, key.default_value) + LimitsText(key.type);
+      text_ += std::string(2 * static_cast<std::size_t>(std::count(path.begin(), path.end(), '.')), ' ') + "- " +
+               KeyText(key.key, key.default_value) + LimitsText(key.type);
       if (!key.help.empty()) text_ += ": " + key.help;
-      if (!key.when.empty()) text_ += ". Only with " + key.when;
+      if (!key.when.empty()) text_ += "; with " + key.when;
       text_ += "\n";
+      if (path.empty()) own_keys_[place_].push_back(Code(key.key));
       if (key.children.empty()) known_[IdOf(group, key)] = {place_, key.default_value};
-      Write(full + ".", key.key, key.children, before);
+      Write(full + ".", key.key, key.children, earlier);
     }
   }
 
   std::string text_, place_;
   std::map<std::string, Known> known_;
+  std::map<std::string, std::vector<std::string>> own_keys_;  ///< Of a place, those that were written there.
 };
 
 void AddTraining(Reference* reference) {
@@ -196,7 +234,10 @@ void AddTables(Reference* reference) {
       "\n## Methods\n\nA method with a network has a `checkpoint`, whose group `inference` has the defaults of its "
       "other keys.\n");
   const auto& methods = Registry<EstimatorEntry>::Instance();
-  for (const std::string& name : methods.Names()) {
+  std::vector<std::string> names = methods.Names();
+  // What others are told by comes first.
+  std::stable_partition(names.begin(), names.end(), [](const std::string& name) { return name == "ransac"; });
+  for (const std::string& name : names) {
     const EstimatorEntry& entry = methods.Find(name, "");
     reference->Section("### `type: " + name + "`", entry.help, FirstKeys(entry));
   }

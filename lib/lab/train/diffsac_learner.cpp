@@ -37,8 +37,11 @@ struct DiffsacTraining : LearnerOptions {
   TrainingPrecision precision = TrainingPrecision::kAuto;
 
   explicit DiffsacTraining(Task) {}
+  std::shared_ptr<DiffsacNetwork> Make(Task task, const Rng& rng) const {
+    return std::make_shared<DiffsacNetwork>(task, network, rng);
+  }
   const PointFeaturesOptions& features() const override { return network.features; }
-  LabelOptions labels() const override { return label_options; }
+  ItemLabels labels() const override { return {label_options, noise_copies}; }
   void Bind(OptionsBinder& b) override;
   void BindTrain(OptionsBinder& b) override;
 };
@@ -65,35 +68,6 @@ struct StepTensors {
   PointBatch points;
   torch::Tensor inliers, labels, noise, times;  // [B, N], [B, K, N], [B, K, N], [B, K]
 };
-
-// [items, rows, N] of the items' values, rows × length each; behind an item's length is `padding`.
-torch::Tensor Padded(const std::vector<TrainingItem>& items, std::vector<float> TrainingItem::*values,
-                     std::int64_t rows, const PointBatch& points, float padding) {
-  const std::int64_t longest = points.max_points();
-  auto tensor = torch::empty({points.size(), rows, longest});
-  float* out = tensor.data_ptr<float>();
-  for (std::int64_t b = 0; b < points.size(); ++b) {
-    const float* in = (items[b].*values).data();
-    for (std::int64_t k = 0; k < rows; ++k, out += longest, in += points.lengths[b])
-      std::fill(std::copy_n(in, points.lengths[b], out), out + longest, padding);
-  }
-  return tensor;
-}
-
-StepTensors Collate(const std::vector<TrainingItem>& items, int copies, const torch::Device& device) {
-  StepTensors step;
-  step.points = CollatePoints(items);
-  step.inliers = Padded(items, &TrainingItem::inliers, 1, step.points, 0.0f).squeeze(1);
-  step.labels = Padded(items, &TrainingItem::labels, copies, step.points, -1.0f);
-  step.noise = Padded(items, &TrainingItem::noise, copies, step.points, 0.0f);
-  step.times = torch::empty({step.points.size(), copies}, torch::kLong);
-  for (std::size_t b = 0; b < items.size(); ++b)
-    std::copy_n(items[b].times.data(), copies,
-                step.times.data_ptr<std::int64_t>() + static_cast<std::int64_t>(b) * copies);
-  step.points = step.points.To(device);
-  for (auto* tensor : {&step.inliers, &step.labels, &step.noise, &step.times}) *tensor = tensor->to(device);
-  return step;
-}
 
 // 16 bits are for other devices; on a CPU converting costs a pooled network more than its narrow products gain
 // (benchmarks/README.md).
@@ -122,17 +96,12 @@ class Autocast {
   c10::DeviceType type_;
 };
 
-class DiffsacLearner : public NetworkLearner<DiffsacNetwork, DiffsacEstimator, DiffsacTraining> {
+class DiffsacLearner : public NetworkLearner<DiffsacEstimator, DiffsacTraining> {
  public:
-  DiffsacLearner(const TrainConfig& options, const DiffsacTraining& own, const torch::Device& device, int threads)
-      : NetworkLearner(options, own, device, threads, [&](Task task, const Rng& rng) {
-          return std::make_shared<DiffsacNetwork>(task, own.network, rng);
-        }) {}
-  int copies() const override { return own_.noise_copies; }
-  int schedule_steps() const override { return own_.network.schedule.steps; }
+  using NetworkLearner::NetworkLearner;
   std::vector<std::string> loss_names() const override { return {"loss_diffusion", "loss_inlier"}; }
   std::vector<double> LossWeights(const std::vector<TrainingItem>& items) const override {
-    return diffsac::LossWeights(items, own_.positive_weight);
+    return DiffusionLossWeights(items, own_.noise_copies, own_.positive_weight);
   }
   Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                const std::vector<double>& shares) override;
@@ -141,10 +110,40 @@ class DiffsacLearner : public NetworkLearner<DiffsacNetwork, DiffsacEstimator, D
   struct Losses {
     torch::Tensor diffusion, inlier;
   };
+  /// The items' labels, with noise and times drawn for each.
+  StepTensors Drawn(const std::vector<TrainingItem>& items) const;
   /// c_t and t.
   std::pair<torch::Tensor, torch::Tensor> Noised(const StepTensors& step) const;
   Losses Forward(const StepTensors& step);
 };
+
+StepTensors DiffsacLearner::Drawn(const std::vector<TrainingItem>& items) const {
+  StepTensors step;
+  step.points = CollatePoints(items);
+  const std::int64_t batch = step.points.size(), copies = own_.noise_copies, points = step.points.max_points();
+  step.inliers = torch::zeros({batch, points});
+  step.labels = torch::full({batch, copies, points}, -1.0f);
+  step.noise = torch::zeros({batch, copies, points});
+  step.times = torch::empty({batch, copies}, torch::kLong);
+  for (std::int64_t b = 0; b < batch; ++b) {
+    const TrainingItem& item = items[b];
+    std::copy(item.inliers.begin(), item.inliers.end(), step.inliers.data_ptr<float>() + b * points);
+    const Rng rng = RandomOf(options_.train.seed, item.index);
+    Rng times = rng.Fork("time"), noises = rng.Fork("noise");
+    for (std::int64_t k = 0; k < copies; ++k) {
+      const std::int64_t row = b * copies + k;
+      step.times.data_ptr<std::int64_t>()[row] = static_cast<std::int64_t>(times.Below(own_.network.schedule.steps));
+      float* noise = step.noise.data_ptr<float>() + row * points;
+      std::generate_n(noise, step.points.lengths[b], [&] { return static_cast<float>(noises.Normal()); });
+    }
+    for (std::size_t k = 0; k < item.labels.size(); ++k)
+      for (const int i : item.labels[k])
+        step.labels.data_ptr<float>()[(b * copies + static_cast<std::int64_t>(k)) * points + i] = 1.0f;
+  }
+  step.points = step.points.To(device_);
+  for (auto* tensor : {&step.inliers, &step.labels, &step.noise, &step.times}) *tensor = tensor->to(device_);
+  return step;
+}
 
 std::pair<torch::Tensor, torch::Tensor> DiffsacLearner::Noised(const StepTensors& step) const {
   const auto t = step.times.to(torch::kFloat);
@@ -173,7 +172,7 @@ DiffsacLearner::Losses DiffsacLearner::Forward(const StepTensors& step) {
 
 Learner::Loss DiffsacLearner::Compute(const std::vector<TrainingItem>& items, std::int64_t /*iteration*/,
                                       const std::vector<double>& shares) {
-  const auto losses = Forward(Collate(items, own_.noise_copies, device_));
+  const auto losses = Forward(Drawn(items));
   auto total = shares[0] * losses.diffusion;
   if (losses.inlier.defined()) total = total + own_.inlier_weight * shares[1] * losses.inlier;
   return {total, {losses.diffusion.item<double>(), losses.inlier.defined() ? losses.inlier.item<double>() : 0.0}};

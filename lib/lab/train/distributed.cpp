@@ -66,14 +66,13 @@ void TrainingTeam::CheckSame(const std::string& what, const std::string& text) c
                 "; all must see the same files and be started with the same options");
 }
 
-std::vector<double> LossWeights(const std::vector<TrainingItem>& items, double positive_weight) {
-  double diffusion = 0.0, points = 0.0;
+std::vector<double> DiffusionLossWeights(const std::vector<TrainingItem>& items, int copies, double positive_weight) {
+  double positives = 0.0, points = 0.0;
   for (const TrainingItem& item : items) {
-    const auto positives = std::count_if(item.labels.begin(), item.labels.end(), [](float x) { return x > 0.0f; });
-    diffusion += static_cast<double>(item.labels.size()) + (positive_weight - 1.0) * static_cast<double>(positives);
+    for (const auto& label : item.labels) positives += static_cast<double>(label.size());
     points += static_cast<double>(item.inliers.size());
   }
-  return {diffusion, points};
+  return {copies * points + (positive_weight - 1.0) * positives, points};
 }
 
 std::string WeightsText(const std::vector<torch::Tensor>& parameters) {

@@ -52,7 +52,7 @@ class TrainingTeam {
 
 /// The weights of what DiffusionLoss averages over for these items: of the diffusion loss (each copy's points, those of
 /// the label positive_weight times) and of the inlier loss (points).
-std::vector<double> LossWeights(const std::vector<TrainingItem>& items, double positive_weight);
+std::vector<double> DiffusionLossWeights(const std::vector<TrainingItem>& items, int copies, double positive_weight);
 
 /// What must be the same everywhere for steps to agree.
 std::string WeightsText(const std::vector<torch::Tensor>& parameters);

@@ -26,11 +26,6 @@ class Learner {
   virtual torch::nn::Module& network() = 0;
   virtual torch::nn::Module& averaged() = 0;
   virtual const PointFeatures& features() const = 0;
-  /// Labels, times and noises of a training item; 0 for methods that need none.
-  virtual int copies() const { return 0; }
-  /// Times are drawn below this.
-  virtual int schedule_steps() const { return 1; }
-
   /// What the learning rate is multiplied with at a step.
   virtual double RateFactor(std::int64_t) const { return 1.0; }
 
@@ -44,8 +39,8 @@ class Learner {
   virtual std::vector<double> LossWeights(const std::vector<TrainingItem>& items) const {
     return std::vector<double>(loss_names().size(), static_cast<double>(items.size()));
   }
-  /// Randomness comes from train.seed and the iteration or the items' indices alone. shares: of these items in what
-  /// each part of the loss is a mean over (TrainingTeam::Shares), 1 for a process alone.
+  /// Randomness comes from train.seed and the iteration or the items' indices alone (RandomOf). shares: of these items
+  /// in what each part of the loss is a mean over (TrainingTeam::Shares), 1 for a process alone.
   virtual Loss Compute(const std::vector<TrainingItem>& items, std::int64_t iteration,
                        const std::vector<double>& shares) = 0;
   /// The estimator with the averaged network, for validation; valid as long as the learner.

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "lab/eval/report_script.h"
+#include "lab/config/report_script.h"
 #include "lab/files/event_file.h"
 
 namespace diffsac {

@@ -2,16 +2,32 @@
 
 #include <memory>
 
+#include "lab/options/options.h"
+#include "lab/torch/weighted_estimator.h"
 #include "lab/train/learner.h"
 
 namespace diffsac {
 
-/// What all learners have in common: a network and, of the same architecture, one for averaged weights, and the row
-/// that these are for. Network: a LearnedNetwork; Row: the method that uses it; Own: the method's LearnerOptions, whose
-/// `inference` are the row's.
-template <class Network, class Row, class Own>
+/// A learner of a network and, of the same architecture, one for averaged weights, and the row that these are for; what
+/// it lacks is its loss. Row: the method that uses the network. Own: the method's LearnerOptions, whose `inference` are
+/// the row's and whose Make(task, rng) is the LearnedNetwork.
+template <class Row, class Own>
 class NetworkLearner : public Learner {
  public:
+  using Training = Own;
+  /// threads: of estimates in training and validation.
+  NetworkLearner(const TrainConfig& options, const Own& own, const torch::Device& device, int threads)
+      : options_(options),
+        own_(own),
+        task_(options.task),
+        device_(device),
+        threads_(threads),
+        network_(own.Make(task_, Rng(options.train.seed))),
+        averaged_(own.Make(task_, Rng(options.train.seed))) {
+    network_->MoveTo(device_);
+    averaged_->MoveTo(device_);
+    averaged_->module->eval();
+  }
   torch::nn::Module& network() override { return *network_->module; }
   torch::nn::Module& averaged() override { return *averaged_->module; }
   const PointFeatures& features() const override { return network_->features; }
@@ -20,28 +36,34 @@ class NetworkLearner : public Learner {
   }
 
  protected:
-  /// `make` is called once for each network. threads: of estimates in training and validation.
-  template <class Make>
-  NetworkLearner(const TrainConfig& options, const Own& own, const torch::Device& device, int threads, const Make& make)
-      : options_(options),
-        own_(own),
-        task_(options.task),
-        device_(device),
-        threads_(threads),
-        network_(make(task_, Rng(options.train.seed))),
-        averaged_(make(task_, Rng(options.train.seed))) {
-    network_->MoveTo(device_);
-    averaged_->MoveTo(device_);
-    averaged_->module->eval();
-  }
-
   TrainConfig options_;
   Own own_;
   Task task_;
   torch::Device device_;
   int threads_;
-  std::shared_ptr<Network> network_;
-  std::shared_ptr<Network> averaged_;
+  decltype(std::declval<const Own&>().Make(Task{}, Rng())) network_, averaged_;
+};
+
+/// What a method whose network weighs points has for itself in a training configuration: its network, how its weights
+/// are used, and a group by the method's name with what its loss needs. Network: see MakeLearnedWeights; Learning: that
+/// group, a struct with `Bind` and `kHelp`.
+template <class Network, class Learning>
+struct WeightTraining : LearnerOptions {
+  typename Network::Options network;
+  Learning learning;
+  WeightedEstimatorOptions inference = DefaultWeightedOptions(Network::kMethod);
+
+  explicit WeightTraining(Task) {}
+  std::shared_ptr<LearnedWeights> Make(Task task, const Rng& rng) const {
+    return MakeLearnedWeights<Network>(task, network, rng);
+  }
+  const PointFeaturesOptions& features() const override { return network.features; }
+  void Bind(OptionsBinder& b) override {
+    b.Field("network", network).Help("what must be the same in training and in inference");
+    b.Field(Network::kMethod, learning).Help(Learning::kHelp);
+    b.Field("inference", inference).Help("how the weights are used");
+    inference.model = model;
+  }
 };
 
 }  // namespace diffsac

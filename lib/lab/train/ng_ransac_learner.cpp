@@ -13,18 +13,9 @@
 #include "lab/train/batch_tensors.h"
 #include "lab/train/expected_loss.h"
 #include "lab/train/metrics_log.h"
-#include "lab/train/weight_learner.h"
+#include "lab/train/network_learner.h"
 
 namespace diffsac {
-
-/// What the second phase of the training minimises.
-///   kError    "error": of the hypothesis that the consensus of `inference` selects and refines, the error of the
-///             task's tables
-///   kInliers  "inliers": minus its share of inliers, which needs no truth
-enum class NgRansacLoss { kError, kInliers };
-template <>
-inline constexpr auto kEnumNames<NgRansacLoss> = NamesOf<NgRansacLoss>({{NgRansacLoss::kError, "error"},
-                                                                        {NgRansacLoss::kInliers, "inliers"}});
 
 namespace {
 
@@ -39,7 +30,6 @@ struct NgRansacPhases {
   double rate_factor = 0.1;
   int pools = 4;
   int hypotheses = 16;
-  NgRansacLoss loss = NgRansacLoss::kError;
   static constexpr const char* kHelp = "NG-RANSAC's two phases (docs/ng_ransac.md)";
   void Bind(OptionsBinder& b);
 };
@@ -53,10 +43,6 @@ void NgRansacPhases::Bind(OptionsBinder& b) {
   b.Field("pools", pools, Within(2, 1000))
       .Help("draws of a pool of hypotheses for each problem; their mean loss is the baseline");
   b.Field("hypotheses", hypotheses, Within(1, 100000)).Help("minimal sets in a pool");
-  b.Field("loss", loss)
-      .Help(
-          "`error`: of the hypothesis that the consensus of `inference` selects and refines, the error of the task's "
-          "tables; `inliers`: minus its share of inliers, which needs no truth");
 }
 
 template <MinimalModel Model>
@@ -68,9 +54,9 @@ Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOp
   return EstimateOf(space, SampleConsensus<Model>(space.points(), space.threshold(), source, options, rng));
 }
 
-class NgRansacLearner : public WeightLearner<NgRansacNetwork, NgRansacPhases> {
+class NgRansacLearner : public NetworkLearner<WeightedEstimator, WeightTraining<NgRansacNetwork, NgRansacPhases>> {
  public:
-  using WeightLearner::WeightLearner;
+  using NetworkLearner::NetworkLearner;
   std::vector<std::string> loss_names() const override { return {"loss_target", "loss_expected"}; }
   double RateFactor(std::int64_t iteration) const override {
     return IsInitialization(iteration) ? 1.0 : own_.learning.rate_factor;
@@ -85,7 +71,8 @@ class NgRansacLearner : public WeightLearner<NgRansacNetwork, NgRansacPhases> {
   double PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const;
 };
 
-// ℓ of the hypothesis that the consensus selects from a pool, in [0, 1] (of "inliers": in [−1, 0]).
+// ℓ of the hypothesis that the consensus of `inference` selects from a pool and refines, in [0, 1]: the error of the
+// task's tables.
 double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, const Rng& rng) const {
   auto consensus = own_.inference.consensus;
   consensus.stopping = Stopping::kBudget;
@@ -93,9 +80,6 @@ double NgRansacLearner::PoolLoss(const Example& example, std::vector<int> sets, 
   const auto& problem = example.problem;
   const auto estimate = DispatchModel(
       UsedModel(), [&]<class Model>() { return Select<Model>(problem, std::move(sets), consensus, rng); });
-  if (own_.learning.loss == NgRansacLoss::kInliers)
-    return -static_cast<double>(std::count(estimate.inliers.begin(), estimate.inliers.end(), 1)) /
-           static_cast<double>(problem.points.rows());
   const Tolerance tolerance = options_.validation.ToleranceOf(task_);
   double error = MainError(MeasureError(estimate, example), tolerance);
   // Of several structures that which the hypothesis is of: any is right.

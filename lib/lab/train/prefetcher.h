@@ -68,8 +68,6 @@ class Prefetcher {
 
   /// How long the consumer has spent in `Next` altogether: the time that the data cost it.
   double wait_seconds() const { return std::chrono::duration<double>(Duration(waited_.load())).count(); }
-  /// Items handed over.
-  std::uint64_t consumed() const { return handed_over_.load(); }
 
  private:
   using Duration = std::chrono::steady_clock::duration;
@@ -83,7 +81,6 @@ class Prefetcher {
 
   void AddWait(std::chrono::steady_clock::time_point start) {
     waited_ += (std::chrono::steady_clock::now() - start).count();
-    ++handed_over_;
   }
 
   T MakeHere(std::chrono::steady_clock::time_point start) {
@@ -138,7 +135,6 @@ class Prefetcher {
   std::condition_variable item_made_;
   std::condition_variable slot_freed_;
   std::atomic<Duration::rep> waited_{0};
-  std::atomic<std::uint64_t> handed_over_{0};
   std::vector<std::thread> workers_;
 };
 

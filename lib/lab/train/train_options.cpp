@@ -89,8 +89,6 @@ void TrainConfig::Bind(OptionsBinder& b) {
   b.GroupWith("validation", [this](OptionsBinder& inner) {
      validation.Bind(inner, task);
    }).Help("how the best checkpoint is told");
-  b.Reject(train.two_view.augment && learner->features().Has(PointFeature::kResidual), "train.two_view.augment",
-           "not for network.features.kinds residual, whose hypotheses are those of the images as they are");
 }
 
 TrainConfig ReadTrainConfig(const Config& given) {

@@ -56,8 +56,8 @@ class LearnerOptions {
   virtual void BindTrain(OptionsBinder&) {}
   /// What its network sees.
   virtual const PointFeaturesOptions& features() const = 0;
-  /// Of the labels that training items get; for methods whose learner asks for none the default.
-  virtual LabelOptions labels() const { return {}; }
+  /// Of training items; none unless the method learns them.
+  virtual ItemLabels labels() const { return {}; }
   /// The configuration's `model`, set before Bind: by which of the task's models minimal sets are solved, those of
   /// labels, of training and of inference.
   std::string model;

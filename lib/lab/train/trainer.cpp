@@ -322,8 +322,7 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
   const auto& train = options_.train;
   LogInfo("task " + ToString(options_.task) + ", " + std::to_string(CountParameters(learner_->network())) +
           " parameters, device " + device_.str() + ", " + MachineText());
-  const TrainingSource source(parts_, learner_->features(), options_.learner->labels(), train.two_view,
-                              learner_->copies(), learner_->schedule_steps(), train.seed);
+  const TrainingSource source(parts_, learner_->features(), options_.learner->labels(), train.two_view, train.seed);
   Prefetcher<TrainingItem> items([&](std::uint64_t k) { return source.Make(team_.ItemIndex(k)); }, train.workers,
                                  4 * team_.batch(), static_cast<std::uint64_t>(info_.iteration) * team_.batch());
   if (info_.iteration == train.iterations)

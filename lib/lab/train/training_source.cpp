@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "diffsac/core/status.h"
+#include "lab/config/dataset_factory.h"
+#include "lab/config/yaml.h"
 #include "lab/data/pair_filter.h"
 
 namespace diffsac {
@@ -25,31 +27,76 @@ MinimalSets ChooseSets(const MinimalSets& sets, int count, Rng rng) {
   return chosen;
 }
 
+constexpr char kMixture[] = "mixture";
+
+bool IsMixture(const Config& data) { return data.Has("type") && data.Text("type") == kMixture; }
+
+struct MixturePart {
+  double weight = 1.0;
+  Config data;
+  void Bind(OptionsBinder& b) {
+    b.Field("weight", weight, Positive()).Help("examples are drawn in proportion to it");
+    b.Rest(data).Help("the keys of the part's own data, `type` among them");
+  }
+};
+
+struct Mixture {
+  std::string type = kMixture;
+  std::vector<MixturePart> parts;
+  void Bind(OptionsBinder& b) {
+    b.Choice("type", type, {kMixture}).Help("several datasets");
+    b.Field("parts", parts).Help("datasets of one task");
+    b.Require(!parts.empty(), "parts", "a list of datasets, each with its type");
+  }
+};
+
 }  // namespace
 
-TrainingSource::TrainingSource(std::vector<TrainingPart> parts, PointFeatures features, LabelOptions labels,
-                               TwoViewTrainingOptions two_view, int copies, int schedule_steps, std::uint64_t seed)
+std::vector<TrainingPart> MakeTrainingParts(const Config& data, std::uint64_t seed) {
+  std::vector<TrainingPart> parts;
+  if (!IsMixture(data)) {
+    parts.push_back({MakeDataset(data, seed), 1.0});
+    return parts;
+  }
+  for (const MixturePart& part : ReadOptions<Mixture>(data).parts)
+    parts.push_back({MakeDataset(part.data, seed), part.weight});
+  for (const TrainingPart& part : parts) {
+    if (part.dataset->task() != parts.front().dataset->task())
+      throw Error(data.Where("parts") + ": data of different tasks");
+    if (part.dataset->size() == 0) throw Error(data.Where("parts") + ": a part holds no examples");
+  }
+  return parts;
+}
+
+Config FirstTrainingPart(const Config& data) {
+  return IsMixture(data) ? ReadOptions<Mixture>(data).parts.front().data : data;
+}
+
+std::vector<OptionDescription> DescribeMixture() { return DescribeOptions<Mixture>(); }
+
+std::string WriteTrainingData(const Config& data) {
+  if (!IsMixture(data)) return WriteDatasetOptions(data);
+  Mixture mixture = ReadOptions<Mixture>(data);
+  for (MixturePart& part : mixture.parts) part.data = ConfigFromYaml(WriteDatasetOptions(part.data));
+  return WriteYaml(mixture);
+}
+
+TrainingSource::TrainingSource(std::vector<TrainingPart> parts, PointFeatures features, ItemLabels labels,
+                               TwoViewTrainingOptions two_view, std::uint64_t seed)
     : parts_(std::move(parts)),
       features_(std::move(features)),
       labels_(std::move(labels)),
       two_view_(std::move(two_view)),
-      copies_(copies),
-      schedule_steps_(schedule_steps),
-      rng_(Rng(seed).Fork("training_source")) {
+      seed_(seed) {
   for (const auto& part : parts_) {
     const bool keep = part.dataset->size() > 0 && IsTwoView(part.dataset->task());
     kept_.emplace_back(keep ? part.dataset->size() : 0);
   }
 }
 
-TrainingSource::TrainingSource(const Dataset& dataset, PointFeatures features, LabelOptions labels, int copies,
-                               int schedule_steps, std::uint64_t seed)
-    : TrainingSource({{std::shared_ptr<const Dataset>(std::shared_ptr<const Dataset>(), &dataset), 1.0}},
-                     std::move(features), std::move(labels), {}, copies, schedule_steps, seed) {}
-
 std::shared_ptr<const MinimalSets> TrainingSource::SetsOf(std::size_t part, std::uint64_t position,
                                                           const Example& example) const {
-  if (copies_ == 0) return std::make_shared<const MinimalSets>();
+  if (labels_.count == 0) return std::make_shared<const MinimalSets>();
   if (kept_[part].empty()) return std::make_shared<const MinimalSets>(LabelSets(example, labels_));
   {
     const std::lock_guard lock(mutex_);
@@ -61,7 +108,7 @@ std::shared_ptr<const MinimalSets> TrainingSource::SetsOf(std::size_t part, std:
 }
 
 LabelledExample TrainingSource::Draw(std::uint64_t index) const {
-  Rng rng = rng_.Fork("part", index);
+  Rng rng = Rng(seed_).Fork("training_source").Fork("part", index);
   std::size_t part = 0;
   if (parts_.size() > 1) {
     double total = 0.0;
@@ -70,7 +117,7 @@ LabelledExample TrainingSource::Draw(std::uint64_t index) const {
       u -= parts_[part].weight;
   }
   const Dataset& dataset = *parts_[part].dataset;
-  // A finite dataset is seen again each epoch, with other labels, times and noise.
+  // A finite dataset is seen again each epoch, with other labels.
   const std::uint64_t size = dataset.size() > 0 ? static_cast<std::uint64_t>(dataset.size()) : 0;
   std::uint64_t position = index;
   if (size > 0) position = parts_.size() > 1 ? rng.Below(size) : index % size;
@@ -95,45 +142,26 @@ LabelledExample TrainingSource::Draw(std::uint64_t index) const {
               last.id + "'" + (folder.empty() ? "" : " of " + folder));
 }
 
-namespace {
-
-// Of each copy +1 at the points of its set; `rows` are the example's that the item has.
-void SetLabels(const MinimalSets& chosen, int copies, const std::vector<int>& rows, TrainingItem* item) {
-  const auto& inliers = item->example->truth.inliers;
-  item->inliers.assign(rows.size(), 0.0f);
-  std::copy(inliers.begin(), inliers.end(), item->inliers.begin());
-  item->labels.assign(copies * rows.size(), -1.0f);
-  for (std::size_t k = 0; k < chosen.size(); ++k)
-    for (const int i : chosen[k]) item->labels[k * rows.size() + static_cast<std::size_t>(PlaceOf(i, rows))] = 1.0f;
-}
-
-void DrawNoise(int copies, int schedule_steps, std::size_t points, const Rng& rng, TrainingItem* item) {
-  Rng time = rng.Fork("time");
-  for (int k = 0; k < copies; ++k) item->times.push_back(static_cast<int>(time.Below(schedule_steps)));
-  Rng noise = rng.Fork("noise");
-  item->noise.resize(copies * points);
-  for (float& value : item->noise) value = static_cast<float>(noise.Normal());
-}
-
-}  // namespace
-
 TrainingItem TrainingSource::Make(std::uint64_t index) const {
-  const Rng rng = rng_.Fork("item", index);
+  const Rng rng = RandomOf(seed_, index);
   const auto search = [&](const Example& example) { return LabelSets(example, labels_); };
   const LabelledExample drawn = Restricted(two_view_, Draw(index), search, rng);
-  const MinimalSets chosen = ChooseSets(*drawn.sets, copies_, rng.Fork("label"));
   TrainingItem item;
   item.index = index;
+  item.labels = ChooseSets(*drawn.sets, labels_.count, rng.Fork("label"));
+  const bool augmented = two_view_.augment && IsTwoView(drawn.example.problem.task);
+  const Problem seen = augmented ? Augmented(drawn.example.problem, rng.Fork("augment")) : drawn.example.problem;
   // Features are those of all matches, as at inference; only then is the subset taken.
-  const NormalizedProblem space(drawn.example.problem);
+  const NormalizedProblem space(seen);
   item.features = features_.Compute(space, rng.Fork("features"));
-  const std::vector<int> rows = ShownRows(two_view_, space, features_, item.features, chosen, rng.Fork("subset"));
+  const std::vector<int> rows = ShownRows(two_view_, space, features_, item.features, item.labels, rng.Fork("subset"));
   item.features.values = decltype(item.features.values)(item.features.values(rows, Eigen::all));
-  if (two_view_.augment && IsTwoView(drawn.example.problem.task))
-    Augment(features_, rng.Fork("augment"), &item.features);
   item.example = std::make_shared<const Example>(WithRows(drawn.example, rows));
-  SetLabels(chosen, copies_, rows, &item);
-  DrawNoise(copies_, schedule_steps_, rows.size(), rng, &item);
+  const auto& inliers = item.example->truth.inliers;
+  item.inliers.assign(rows.size(), 0.0f);
+  std::copy(inliers.begin(), inliers.end(), item.inliers.begin());
+  for (auto& label : item.labels)
+    for (int& i : label) i = PlaceOf(i, rows);
   return item;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "diffsac/core/random.h"
 #include "diffsac/problem/point_features.h"
 #include "diffsac/problem/problem.h"
 #include "lab/ground_truth/labels.h"
@@ -14,14 +15,22 @@
 
 namespace diffsac {
 
-/// One problem with everything a training step draws for it.
+/// The labels that each item of a training run gets.
+struct ItemLabels : LabelOptions {
+  int count = 0;  ///< Drawn anew each time; 0: none are searched for.
+};
+
+/// The random numbers of an item: what is drawn of it, and what a learner draws for it (RandomOf(seed, item.index)).
+inline Rng RandomOf(std::uint64_t seed, std::uint64_t item) {
+  return Rng(seed).Fork("training_source").Fork("item", item);
+}
+
+/// One problem of a training run.
 struct TrainingItem {
   std::uint64_t index = 0;  ///< in the training run
   FeatureSet features;
   std::vector<float> inliers;  ///< N, 1 for a true inlier
-  std::vector<float> labels;   ///< copies × N, ±1
-  std::vector<float> noise;    ///< copies × N, standard normal
-  std::vector<int> times;      ///< copies, uniform in [0, T)
+  MinimalSets labels;          ///< The points of each label; none where the example has no set to draw from.
   /// The points behind the features, in their order, with their truth; not augmented.
   std::shared_ptr<const Example> example;
 };
@@ -46,14 +55,11 @@ std::vector<OptionDescription> DescribeMixture();
 std::string WriteTrainingData(const Config& data);
 
 /// Makes item `index` of a training run: a function of (seed, index) alone, so that resuming needs only a number.
-/// Thread-safe. Labels of finite two-view datasets are searched for once and kept in memory; none with 0 copies.
+/// Thread-safe. Labels of finite two-view datasets are searched for once and kept in memory.
 class TrainingSource {
  public:
-  TrainingSource(std::vector<TrainingPart> parts, PointFeatures features, LabelOptions labels,
-                 TwoViewTrainingOptions two_view, int copies, int schedule_steps, std::uint64_t seed);
-  /// One dataset, which must outlive the source.
-  TrainingSource(const Dataset& dataset, PointFeatures features, LabelOptions labels, int copies, int schedule_steps,
-                 std::uint64_t seed);
+  TrainingSource(std::vector<TrainingPart> parts, PointFeatures features, ItemLabels labels,
+                 TwoViewTrainingOptions two_view, std::uint64_t seed);
   /// Throws Error when many examples in a row have too few points, or no truth.
   TrainingItem Make(std::uint64_t index) const;
 
@@ -63,11 +69,9 @@ class TrainingSource {
 
   std::vector<TrainingPart> parts_;
   PointFeatures features_;
-  LabelOptions labels_;
+  ItemLabels labels_;
   TwoViewTrainingOptions two_view_;
-  int copies_;
-  int schedule_steps_;
-  Rng rng_;
+  std::uint64_t seed_;
   /// A part's label sets by position; empty for parts that are not kept.
   mutable std::vector<std::vector<std::shared_ptr<const MinimalSets>>> kept_;
   mutable std::mutex mutex_;

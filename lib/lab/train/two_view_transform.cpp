@@ -1,5 +1,6 @@
 #include "lab/train/two_view_transform.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -17,6 +18,8 @@ namespace {
 constexpr int kFewestCorrect = 12;
 // Standard deviations of the turns of augmentation, degrees.
 constexpr double kCommonTurnDeg = 10.0, kRelativeTurnDeg = 5.0;
+
+double Radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
 std::vector<int> AllRows(Eigen::Index count) {
   std::vector<int> rows(static_cast<std::size_t>(count));
@@ -88,17 +91,46 @@ std::vector<int> Thinned(const std::vector<int>& rows, const std::vector<std::ui
   return thinned;
 }
 
-void Turn(double degrees, int first, FeatureSet* features) {
-  const double angle = degrees * std::numbers::pi / 180.0;
-  Eigen::Matrix2f turn;
-  turn << std::cos(angle), std::sin(angle), -std::sin(angle), std::cos(angle);
-  features->values.middleCols(first, 2) = (features->values.middleCols(first, 2) * turn).eval();
+// Where a camera looks, in its image, and what makes its rays' first two coordinates of steps from there.
+struct ImageAxes {
+  Eigen::RowVector2d centre = Eigen::RowVector2d::Zero();
+  Eigen::Matrix2d pixels = Eigen::Matrix2d::Identity();  // of one unit of the coordinates
+};
+
+ImageAxes AxesOf(const Problem& problem, int image) {
+  if (!problem.cameras) {
+    const ImageSize& size = image == 0 ? problem.size1 : problem.size2;
+    return {0.5 * Eigen::RowVector2d(size.width, size.height)};
+  }
+  const Eigen::Matrix3d& K = image == 0 ? problem.cameras->K1 : problem.cameras->K2;
+  return {K.topRightCorner<2, 1>().transpose(), K.topLeftCorner<2, 2>()};
 }
 
-void ExchangeColumns(int first, int size, FeatureSet* features) {
-  const auto kept = features->values.middleCols(first, size).eval();
-  features->values.middleCols(first, size) = features->values.middleCols(first + size, size).eval();
-  features->values.middleCols(first + size, size) = kept;
+// Turns a camera about its axis, after it was mirrored.
+void Turn(bool mirrored, double angle, int image, Problem* problem) {
+  const ImageAxes axes = AxesOf(*problem, image);
+  const Eigen::Matrix2d turn =
+      Eigen::Rotation2Dd(angle).toRotationMatrix() * Eigen::Vector2d(mirrored ? -1.0 : 1.0, 1.0).asDiagonal();
+  const Eigen::Matrix2d map = axes.pixels * turn * axes.pixels.inverse();
+  auto points = problem->points.middleCols(2 * image, 2);
+  points = (((points.rowwise() - axes.centre) * map.transpose()).rowwise() + axes.centre).eval();
+}
+
+template <class Columns>
+void ExchangeHalves(Columns& columns) {
+  const Eigen::Index half = columns.cols() / 2;
+  const auto kept = columns.leftCols(half).eval();
+  columns.leftCols(half) = columns.rightCols(half).eval();
+  columns.rightCols(half) = kept;
+}
+
+void ExchangeImages(Problem* problem) {
+  ExchangeHalves(problem->points);
+  ExchangeHalves(problem->descriptors);
+  problem->scale_rotation_changes *= -1.0;
+  if (problem->cameras) std::swap(problem->cameras->K1, problem->cameras->K2);
+  std::swap(problem->size1, problem->size2);
+  std::swap(problem->camera_prior1, problem->camera_prior2);
 }
 
 }  // namespace
@@ -169,21 +201,18 @@ std::vector<int> ShownRows(const TwoViewTrainingOptions& options, const Normaliz
                       rng);
 }
 
-void Augment(const PointFeatures& kinds, Rng rng, FeatureSet* features) {
-  auto& values = features->values;
-  if (values.cols() < 4) return;
-  if (rng.Uniform() < 0.5) {
-    ExchangeColumns(0, 2, features);
-    if (kinds.first_descriptor() >= 0) ExchangeColumns(kinds.first_descriptor(), kinds.descriptor_size(), features);
-  }
-  if (rng.Uniform() < 0.5) {
-    values.col(0) *= -1.0f;
-    values.col(2) *= -1.0f;
-  }
+Problem Augmented(Problem problem, Rng rng) {
+  if (rng.Uniform() < 0.5) ExchangeImages(&problem);
+  const bool mirrored = rng.Uniform() < 0.5;
   const double common = 90.0 * static_cast<double>(rng.Below(4)) + kCommonTurnDeg * rng.Normal();
   const double relative = kRelativeTurnDeg * rng.Normal();
-  Turn(common, 0, features);
-  Turn(common + relative, 2, features);
+  Turn(mirrored, Radians(common), 0, &problem);
+  Turn(mirrored, Radians(common + relative), 1, &problem);
+  for (Eigen::Index i = 0; i < problem.scale_rotation_changes.rows(); ++i) {
+    double& turn = problem.scale_rotation_changes(i, 1);
+    turn = std::remainder((mirrored ? -turn : turn) + Radians(relative), 2.0 * std::numbers::pi);
+  }
+  return problem;
 }
 
 }  // namespace diffsac

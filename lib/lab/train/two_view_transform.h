@@ -52,10 +52,11 @@ std::vector<int> ShownRows(const TwoViewTrainingOptions& options, const Normaliz
                            const PointFeatures& kinds, const FeatureSet& features, const MinimalSets& sets,
                            const Rng& rng);
 
-/// Mirrors, turns and exchanges the images in the columns of features. Those of the coordinates are the first four,
-/// about the principal point; without them nothing changes. Descriptors are exchanged with the images; that they do not
-/// see an image turn or mirror is what they are made for, as far as turns go.
-void Augment(const PointFeatures& kinds, Rng rng, FeatureSet* features);
+/// A problem of two views with its images mirrored, turned and exchanged, about the principal points or, where these
+/// are unknown, the middles. What is known of keypoints goes with them; of descriptors that they do not see an image
+/// turn is what they are made for. Minimal sets and, in the images' own coordinates, distances from the true model stay
+/// what they are. Points may leave their images, whose sizes stay.
+Problem Augmented(Problem problem, Rng rng);
 
 /// Where a row of ascending `rows` stands among them.
 int PlaceOf(int row, const std::vector<int>& rows);

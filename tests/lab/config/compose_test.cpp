@@ -93,7 +93,8 @@ methods:
 TEST_CASE("values of the experiment stand in texts") {
   const std::string text =
       "task: essential\nmetric: {pose: true}\nnotes: ${metric.pose}\n"
-      "data: {paths: [\"${data_root}/a\", x]}\nmethods: {a: {checkpoint: \"models/${task}/${task}.safetensors\"}}\n";
+      "data: {paths: [\"${data_root}/a\", x]}\nmethods: {a: {type: diffsac, checkpoint: "
+      "\"models/${task}/${task}.safetensors\"}}\n";
   const Config config = ComposeExperiment(ConfigFromYaml(text, "x.yaml"));
   CHECK(config.Text("notes") == "true");
   CHECK(config.Text("data.paths.0") == "data/a");

@@ -42,18 +42,11 @@ TEST_CASE("a key that cannot act is an error with its line") {
   const auto error = [](const char* yaml) {
     return ErrorOf([&] { WriteDatasetOptions(ConfigFromYaml(yaml, "my.yaml")); });
   };
-  CHECK(error("type: synthetic_line\noutliers: aggregated\nclusters: 4").empty());
-  CHECK(Has(error("type: synthetic_line\nclusters: 4"), "my.yaml:2: clusters: acts only with outliers: aggregated"));
-  CHECK(Has(error("type: synthetic_plane\ncluster_sigma: 1"), "outliers: aggregated"));
-  CHECK(Has(error("type: synthetic_line\nstructured_share: 0.2"), "outliers: structured"));
   CHECK(error("type: correspondences\nmax_points: 9\ncap: random").empty());
   CHECK(Has(error("type: correspondences\ncap: random"), "my.yaml:2: cap: acts only with max_points above 0"));
   CHECK(Has(error("type: correspondences\ndominant_plane: true"), "task: homography"));
   CHECK(Has(error("type: kitti\nroot: a\ndescriptor_noise: 1"), "descriptors: true"));
   CHECK(Has(error("type: point_sets\npaths: [a]\nseed: 2"), "max_points"));
-  CHECK(Has(error("type: synthetic_two_view\ndisplaced_share: 0\ndisplacement_px: 8"), "displaced_share"));
-  CHECK(Has(error("type: synthetic_two_view\nforward: 0\nforward_cone_deg: 8"), "forward"));
-  CHECK(Has(error("type: synthetic_two_view\nmixed: 0\nplane_share: 0.5"), "mixed"));
 }
 
 TEST_CASE("resolved dataset options can be read again") {

@@ -1,7 +1,5 @@
 #include "lab/data/point_files.h"
 
-#include <H5Cpp.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -14,15 +12,11 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/yaml.h"
 #include "lab/data/example_test_util.h"
-#include "lab/data/synthetic.h"
-#include "lab/data/write_point_sets.h"
 #include "lab/files/files.h"
 #include "lab/options/options.h"
 
 namespace diffsac {
 namespace {
-
-using testing::WritePointSets;
 
 template <class T>
 void Append(std::string* bytes, T value, bool big_endian = false) {
@@ -69,57 +63,16 @@ PointSetsOptions Options(const std::string& path, Task task = Task::kLine) {
 
 }  // namespace
 
-TEST_CASE("examples survive the way through HDF5 without loss") {
+TEST_CASE("points that are not finite are left out") {
   TemporaryFolder folder;
-  for (Task task : {Task::kLine, Task::kPlane}) {
-    SyntheticOptions synthetic;
-    synthetic.num_points = Range(5, 40);
-    const auto source = MakeSynthetic(task, synthetic, 3);
-    std::vector<Example> examples;
-    for (int i = 0; i < 12; ++i) examples.push_back(source->Get(i));
-    examples[3].truth = {};
-    const std::string path = folder / (ToString(task) + ".h5");
-    WritePointSets(path, examples);
-    PointSetsOptions options = Options(path, task);
-    options.inlier_threshold = 0.0;  // as the file says
-    const auto read = MakePointSets(options);
-    REQUIRE(read->size() == 12);
-    for (int i = 0; i < 12; ++i) {
-      const Example example = read->Get(i);
-      CHECK(example.index == static_cast<std::uint64_t>(i));
-      CHECK(example.id == examples[i].id);
-      CHECK(example.scene == "all");
-      CHECK(example.problem.task == task);
-      CHECK(example.problem.inlier_threshold == examples[i].problem.inlier_threshold);
-      CHECK(example.truth.model == examples[i].truth.model);
-      CHECK(example.truth.inliers == examples[i].truth.inliers);
-      CHECK(example.problem.points == examples[i].problem.points);
-    }
-  }
-}
-
-TEST_CASE("one row of 2000 that is not finite does not make the whole set degenerate") {
-  TemporaryFolder folder;
-  SyntheticOptions synthetic;
-  synthetic.num_points = Range(2000, 2000);
-  Example example = MakeSynthetic(Task::kLine, synthetic, 3)->Get(0);
-  example.problem.points(7, 1) = std::nan("");
-  example.problem.points(11, 0) = std::numeric_limits<double>::infinity();
-  const std::string path = folder / "scan.h5";
-  WritePointSets(path, {example});
-  PointSetsOptions options = Options(path);
-  const Example read = MakePointSets(options)->Get(0);
+  std::string text;
+  for (int i = 0; i < 2000; ++i) text += i == 7 ? "7 nan\n" : std::to_string(i) + " " + std::to_string(i % 3) + "\n";
+  WriteRaw(folder / "scan.csv", text);
+  const Example read = MakePointSets(Options(folder / "scan.csv"))->Get(0);
   CHECK(CheckProblem(read.problem) == Status::kOk);
-  REQUIRE(read.problem.points.rows() == 1998);
-  REQUIRE(read.truth.inliers.size() == 1998);
-  CHECK(read.problem.points.row(6) == example.problem.points.row(6));
-  CHECK(read.problem.points.row(7) == example.problem.points.row(8));
-  CHECK(read.problem.points.row(10) == example.problem.points.row(12));
-  CHECK(read.truth.inliers[10] == example.truth.inliers[12]);
-
-  options.non_finite = NonFinitePoints::kError;
-  CHECK(Has(ErrorOf([&] { MakePointSets(options); }), path));
-  CHECK(Has(ErrorOf([&] { MakePointSets(options); }), "2 of 2000 points are not finite"));
+  REQUIRE(read.problem.points.rows() == 1999);
+  CHECK(read.problem.points(6, 0) == 6.0);
+  CHECK(read.problem.points(7, 0) == 8.0);
 }
 
 TEST_CASE("a file without points, or without a finite one, is an error that names it") {
@@ -147,160 +100,6 @@ TEST_CASE("a random subset depends on the set's own name and scene, not on what 
   CHECK(ProblemName(alone) == "b.csv@" + PointDigest(alone.problem.points));
   options.seed = 1;
   CHECK(ProblemName(MakePointSets(options)->Get(1)) != ProblemName(beside));
-}
-
-TEST_CASE("HDF5 from elsewhere: bare data sets, float, attributes") {
-  TemporaryFolder folder;
-  const std::string path = folder / "mine.h5";
-  {
-    H5::H5File file(path, H5F_ACC_TRUNC);
-    const hsize_t shape[2] = {3, 2}, four = 3;
-    const float points[6] = {0.f, 1.f, 2.f, 3.f, 4.f, 5.5f};
-    const double model[3] = {3.0, 4.0, 10.0};
-    const int inliers[3] = {1, 0, 1};
-    auto bare = file.createDataSet("b_bare", H5::PredType::NATIVE_FLOAT, H5::DataSpace(2, shape));
-    bare.write(points, H5::PredType::NATIVE_FLOAT);
-    auto with = file.createDataSet("a_with", H5::PredType::NATIVE_FLOAT, H5::DataSpace(2, shape));
-    with.write(points, H5::PredType::NATIVE_FLOAT);
-    with.createAttribute("model", H5::PredType::NATIVE_DOUBLE, H5::DataSpace(1, &four))
-        .write(H5::PredType::NATIVE_DOUBLE, model);
-    with.createAttribute("inliers", H5::PredType::NATIVE_INT, H5::DataSpace(1, &four))
-        .write(H5::PredType::NATIVE_INT, inliers);
-  }
-  const auto sets = ReadPointFile(path);
-  REQUIRE(sets.size() == 2);
-  CHECK(sets[0].name == "mine.h5:a_with");
-  CHECK(sets[0].scene == "mine");
-  CHECK(sets[0].truth.inliers == std::vector<std::uint8_t>{1, 0, 1});
-  CHECK((sets[0].truth.model - Eigen::Vector3d(0.6, 0.8, 2.0)).norm() < 1e-12);
-  CHECK(sets[1].truth.model.size() == 0);
-  CHECK(sets[1].points(2, 1) == 5.5);
-  // No threshold anywhere.
-  PointSetsOptions options = Options(path);
-  options.inlier_threshold = 0.0;
-  CHECK(Has(ErrorOf([&] { MakePointSets(options); }), "inlier_threshold"));
-  CHECK(Has(ErrorOf([&] { MakePointSets(Options(path, Task::kPlane)); }), "columns"));
-}
-
-TEST_CASE("HDF5 mistakes are named") {
-  TemporaryFolder folder;
-  const auto write = [&](const char* name, auto fill) {
-    H5::H5File file(folder / name, H5F_ACC_TRUNC);
-    fill(file);
-  };
-  write("shape.h5", [](H5::H5File& file) {
-    const hsize_t shape[2] = {3, 5};
-    file.createDataSet("five", H5::PredType::NATIVE_DOUBLE, H5::DataSpace(2, shape));
-  });
-  CHECK(Has(ReadErrorOf(folder / "shape.h5"), "3x5"));
-  CHECK(Has(ReadErrorOf(folder / "shape.h5"), "five"));
-  write("group.h5", [](H5::H5File& file) { file.createGroup("empty"); });
-  CHECK(Has(ReadErrorOf(folder / "group.h5"), "points"));
-  write("text.h5", [](H5::H5File& file) {
-    const hsize_t shape[2] = {3, 2};
-    file.createDataSet("words", H5::StrType(H5::PredType::C_S1, 8), H5::DataSpace(2, shape));
-  });
-  CHECK(Has(ReadErrorOf(folder / "text.h5"), "numbers"));
-  write("none.h5", [](H5::H5File&) {});
-  CHECK(Has(ErrorOf([&] { MakePointSets(Options(folder / "none.h5")); }), "none.h5"));
-  write("inliers.h5", [](H5::H5File& file) {
-    const hsize_t shape[2] = {3, 2}, two = 2;
-    const H5::Group group = file.createGroup("set");
-    group.createDataSet("points", H5::PredType::NATIVE_DOUBLE, H5::DataSpace(2, shape));
-    group.createDataSet("inliers", H5::PredType::NATIVE_INT, H5::DataSpace(1, &two));
-  });
-  CHECK(Has(ReadErrorOf(folder / "inliers.h5"), "expected 3 values"));
-
-  SyntheticOptions synthetic;
-  WritePointSets(folder / "good.h5", {MakeSynthetic(Task::kLine, synthetic, 1)->Get(0)});
-  const std::string good = ReadFile(folder / "good.h5");
-  WriteRaw(folder / "truncated.h5", good.substr(0, good.size() / 2));
-  CHECK(Has(ReadErrorOf(folder / "truncated.h5"), "truncated"));
-  WriteRaw(folder / "garbage.h5", "this is no HDF5 file");
-  CHECK(Has(ReadErrorOf(folder / "garbage.h5"), "garbage.h5"));
-  CHECK(Has(ReadErrorOf(folder / "missing.h5"), "no such file"));
-}
-
-TEST_CASE("HDF5 values that a file of its size cannot hold, or that lie in other files, are not asked for") {
-  TemporaryFolder folder;
-  const std::string path = folder / "claims.h5";
-  const auto error = [&](hsize_t rows, hsize_t chunk_rows, const std::string& external) {
-    {
-      H5::H5File file(path, H5F_ACC_TRUNC);
-      const hsize_t shape[2] = {rows, 2}, chunk[2] = {chunk_rows, 2}, most[2] = {H5S_UNLIMITED, 2};
-      H5::DSetCreatPropList properties;
-      if (external.empty())
-        properties.setChunk(2, chunk);
-      else
-        properties.setExternal(external.c_str(), 0, H5F_UNLIMITED);
-      file.createDataSet("set", H5::PredType::NATIVE_DOUBLE,
-                         external.empty() ? H5::DataSpace(2, shape, most) : H5::DataSpace(2, shape), properties);
-    }
-    return ReadErrorOf(path);
-  };
-  CHECK(Has(error(hsize_t{1} << 60, 64, ""), "claims.h5: set: damaged, or too large"));
-  CHECK(Has(error(hsize_t{1} << 27, 64, ""), "claims more values than its file can hold"));
-  CHECK(Has(error(4, hsize_t{1} << 26, ""), "claims chunks larger than its file can hold"));
-  CHECK(Has(error(4, hsize_t{1} << 23, ""), "claims chunks larger than its file can hold"));
-  CHECK(Has(error(4, 64, "/dev/zero"), "its values lie in other files"));
-  // Values that were never written are zeros, as many as a real file may hold.
-  CHECK(error(1000, 64, "").empty());
-  // Equal values, which deflate makes a thousandth of.
-  {
-    H5::H5File file(path, H5F_ACC_TRUNC);
-    const hsize_t shape[2] = {1 << 20, 2}, chunk[2] = {1 << 18, 2};
-    H5::DSetCreatPropList properties;
-    properties.setChunk(2, chunk);
-    properties.setDeflate(9);
-    const std::vector<double> values(std::size_t{2} << 20, 1.0);
-    file.createDataSet("set", H5::PredType::NATIVE_DOUBLE, H5::DataSpace(2, shape), properties)
-        .write(values.data(), H5::PredType::NATIVE_DOUBLE);
-  }
-  CHECK(ReadErrorOf(path).empty());
-}
-
-TEST_CASE("HDF5 attributes with no text, or with several, in place of one") {
-  TemporaryFolder folder;
-  const auto error = [&](const H5::DataSpace& space, const H5::DataType& type) {
-    const std::string path = folder / "texts.h5";
-    {
-      H5::H5File file(path, H5F_ACC_TRUNC);
-      const hsize_t shape[2] = {3, 2};
-      file.createDataSet("set", H5::PredType::NATIVE_DOUBLE, H5::DataSpace(2, shape))
-          .createAttribute("id", type, space);
-    }
-    return ReadErrorOf(path);
-  };
-  const hsize_t many = 300;
-  const H5::StrType any(H5::PredType::C_S1, H5T_VARIABLE), eight(H5::PredType::C_S1, 8);
-  CHECK(Has(error(H5::DataSpace(1, &many), any), "set/id: expected a text"));
-  CHECK(Has(error(H5::DataSpace(1, &many), eight), "set/id: expected a text"));
-  CHECK(Has(error(H5::DataSpace(H5S_NULL), any), "set/id: expected a text"));
-  CHECK(Has(error(H5::DataSpace(H5S_SCALAR), H5::PredType::NATIVE_INT), "set/id: expected a text"));
-  // Never written.
-  CHECK(error(H5::DataSpace(H5S_SCALAR), any).empty());
-  CHECK(error(H5::DataSpace(H5S_SCALAR), eight).empty());
-}
-
-// What libhdf5 writes for a link "im_0-im_1" to "/" of the file /dev/zero. Our process cannot make such a link: it has
-// taken their class out of the library, for 1.10 crashes at the end of a program that followed one to no HDF5 file.
-TEST_CASE("HDF5 links into other files do not open") {
-  constexpr unsigned char kHead[] = {
-      0x89, 0x48, 0x44, 0x46, 0x0d, 0x0a, 0x1a, 0x0a, 0x03, 0x08, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
-      0x00, 0x00, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xc3, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
-      0x30, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x06, 0x1a, 0x61, 0x37, 0x4f, 0x48, 0x44, 0x52, 0x02, 0x20,
-      0x3e, 0xba, 0x03, 0x6b, 0x3e, 0xba, 0x03, 0x6b, 0x3e, 0xba, 0x03, 0x6b, 0x3e, 0xba, 0x03, 0x6b, 0x78, 0x02,
-      0x12, 0x00, 0x00, 0x00, 0x00, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff,
-      0xff, 0xff, 0xff, 0x0a, 0x02, 0x00, 0x01, 0x00, 0x00, 0x06, 0x1c, 0x00, 0x00, 0x01, 0x08, 0x40, 0x09};
-  std::string bytes(reinterpret_cast<const char*>(kHead), sizeof kHead);
-  bytes += "im_0-im_1";
-  bytes += std::string("\x0d\0\0/dev/zero\0/\0\0\x38", 18);
-  bytes.resize(191, '\0');
-  bytes += "\x4f\xcf\xc9\x97";
-  TemporaryFolder folder;
-  WriteRaw(folder / "link.h5", bytes);
-  const std::string error = ReadErrorOf(folder / "link.h5");
-  CHECK(Has(error, "link.h5: im_0-im_1: "));
 }
 
 TEST_CASE("text points: separators, header, comments, NaN") {
@@ -443,7 +242,6 @@ TEST_CASE("folders are read in order, and thresholds follow the extent") {
   CHECK(dataset->Get(0).id == "a.csv");
   CHECK(dataset->Get(0).problem.inlier_threshold == Approx(0.1));
   CHECK(dataset->Get(1).problem.inlier_threshold == Approx(0.05));
-  CHECK(dataset->Get(0).truth.model.size() == 0);
   options.paths.push_back(folder / "a.csv");  // twice the same file: ids stay unique
   CHECK(MakePointSets(options)->Get(2).id == "a.csv#2");
   // A file of a folder that cannot be read costs no other; one that is named is an error.
@@ -462,21 +260,14 @@ TEST_CASE("folders are read in order, and thresholds follow the extent") {
 
 TEST_CASE("max_points keeps a random subset that the seed decides") {
   TemporaryFolder folder;
-  SyntheticOptions synthetic;
-  synthetic.num_points = 500;
-  const Example whole = MakeSynthetic(Task::kLine, synthetic, 1)->Get(0);
-  WritePointSets(folder / "a.h5", {whole});
-  PointSetsOptions options = Options(folder / "a.h5");
+  std::string text;
+  for (int i = 0; i < 500; ++i) text += std::to_string(i) + " " + std::to_string(i * i) + "\n";
+  WriteRaw(folder / "a.csv", text);
+  PointSetsOptions options = Options(folder / "a.csv");
   options.max_points = 60;
   const Example subset = MakePointSets(options)->Get(0);
   REQUIRE(subset.problem.points.rows() == 60);
-  REQUIRE(subset.truth.inliers.size() == 60);
-  Eigen::Index at = 0;  // a subsequence of the whole, marks included
-  for (int i = 0; i < 60; ++i, ++at) {
-    while (at < 500 && whole.problem.points.row(at) != subset.problem.points.row(i)) ++at;
-    REQUIRE(at < 500);
-    CHECK(whole.truth.inliers[at] == subset.truth.inliers[i]);
-  }
+  for (int i = 1; i < 60; ++i) CHECK(subset.problem.points(i - 1, 0) < subset.problem.points(i, 0));
   CHECK(MakePointSets(options)->Get(0).problem.points == subset.problem.points);
   options.seed = 1;
   CHECK_FALSE(testing::SamePoints(MakePointSets(options)->Get(0).problem.points, subset.problem.points));

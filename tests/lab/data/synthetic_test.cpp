@@ -284,35 +284,6 @@ TEST_CASE("aggregated outliers stand in clusters inside the box") {
   }
 }
 
-TEST_CASE("structured outliers put a weaker second model beside the true one") {
-  SyntheticOptions options = Fixed(200, 0.5);
-  options.outliers = OutlierKind::kStructured;
-  options.structured_share = 0.6;
-  const auto dataset = MakeSynthetic(Task::kLine, options, 9);
-  for (int i = 0; i < 10; ++i) {
-    const Example example = dataset->Get(i);
-    std::vector<int> outliers;
-    for (int k = 0; k < 200; ++k)
-      if (!example.truth.inliers[k]) outliers.push_back(k);
-    const auto& p = example.problem.points;
-    int most = 0;
-    for (int a : outliers)
-      for (int b : outliers) {
-        if (b <= a || (p.row(a) - p.row(b)).norm() < 2.0) continue;
-        const Eigen::Vector2d n = Eigen::Vector2d(p(a, 1) - p(b, 1), p(b, 0) - p(a, 0)).normalized();
-        int support = 0;
-        for (int c : outliers) support += std::abs((p.row(c) - p.row(a)).dot(n)) < 0.1;
-        most = std::max(most, support);
-      }
-    CHECK(most >= 54);  // 60 of the 100 outliers were put there
-    CHECK(most < 100);  // fewer than the true model's inliers
-  }
-  // At 80 % outliers, 60 % of them would outvote the truth: the second model is held to 3/4 of the inliers.
-  options.outlier_ratio = 0.8;
-  const Example crowded = MakeSynthetic(Task::kLine, options, 9)->Get(0);
-  CHECK(CountInliers(crowded) == 40);
-}
-
 TEST_CASE("conditions are paired: another noise or outlier kind keeps the models") {
   SyntheticOptions noisy = Fixed(100, 0.5), clean = noisy, clustered = noisy;
   noisy.sigma = 0.2;

@@ -15,9 +15,6 @@
 #include "core/errors.h"
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
-#include "lab/data/point_files.h"
-#include "lab/data/synthetic.h"
-#include "lab/data/write_point_sets.h"
 #include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/files/hdf5_output.h"
@@ -25,19 +22,30 @@
 namespace diffsac {
 namespace {
 
-using testing::WritePointSets;
-
 std::string SoundFile(const TemporaryFolder& folder) {
-  SyntheticOptions options;
-  options.num_points = {12, 12};
-  const auto dataset = MakeSynthetic(Task::kPlane, options, 1);
-  WritePointSets(folder / "sound.h5", {dataset->Get(0), dataset->Get(1)});
-  return ReadFile(folder / "sound.h5");
+  const std::string path = folder / "sound.h5";
+  const std::lock_guard lock(Hdf5Mutex());
+  {
+    const H5::H5File file(path, H5F_ACC_TRUNC);
+    const std::vector<double> values(36, 0.5);
+    for (const char* name : {"a", "b"}) WriteNumbers(file, name, values.data(), {12, 3});
+  }
+  return ReadFile(path);
 }
 
-/// The message of reading points; empty when there are points.
+/// The message of reading all data sets; empty where they can be read.
 std::string ErrorOfReading(const std::string& path) {
-  return ErrorOf([&] { ReadPointFile(path); });
+  return ErrorOf([&] {
+    const std::lock_guard lock(Hdf5Mutex());
+    std::string place = path;
+    WithClearErrors(place, [&] {
+      const H5::H5File file = OpenHdf5(path);
+      for (hsize_t i = 0; i < file.getNumObjs(); ++i) {
+        place = path + ": " + file.getObjnameByIdx(i);
+        ReadNumbers(file.openDataSet(file.getObjnameByIdx(i)), place);
+      }
+    });
+  });
 }
 
 }  // namespace
@@ -56,6 +64,91 @@ TEST_CASE("a corrupt HDF5 file is one named error") {
     CHECK(error.find(path) != std::string::npos);
     CHECK(error.find('\n') == std::string::npos);
   }
+}
+
+TEST_CASE("values that no file holds are refused") {
+  TemporaryFolder folder;
+  const std::string path = folder / "claims.h5";
+  const auto error = [&](hsize_t rows, hsize_t chunk_rows, const std::string& external) {
+    {
+      H5::H5File file(path, H5F_ACC_TRUNC);
+      const hsize_t shape[2] = {rows, 2}, chunk[2] = {chunk_rows, 2}, most[2] = {H5S_UNLIMITED, 2};
+      H5::DSetCreatPropList properties;
+      if (external.empty())
+        properties.setChunk(2, chunk);
+      else
+        properties.setExternal(external.c_str(), 0, H5F_UNLIMITED);
+      file.createDataSet("set", H5::PredType::NATIVE_DOUBLE,
+                         external.empty() ? H5::DataSpace(2, shape, most) : H5::DataSpace(2, shape), properties);
+    }
+    return ErrorOfReading(path);
+  };
+  CHECK(Has(error(hsize_t{1} << 60, 64, ""), "claims.h5: set: damaged, or too large"));
+  CHECK(Has(error(hsize_t{1} << 27, 64, ""), "claims more values than its file can hold"));
+  CHECK(Has(error(4, hsize_t{1} << 26, ""), "claims chunks larger than its file can hold"));
+  CHECK(Has(error(4, hsize_t{1} << 23, ""), "claims chunks larger than its file can hold"));
+  CHECK(Has(error(4, 64, "/dev/zero"), "its values lie in other files"));
+  // Values that were never written are zeros, as many as a real file may hold.
+  CHECK(error(1000, 64, "").empty());
+  // Equal values, which deflate makes a thousandth of.
+  {
+    H5::H5File file(path, H5F_ACC_TRUNC);
+    const hsize_t shape[2] = {1 << 20, 2}, chunk[2] = {1 << 18, 2};
+    H5::DSetCreatPropList properties;
+    properties.setChunk(2, chunk);
+    properties.setDeflate(9);
+    const std::vector<double> values(std::size_t{2} << 20, 1.0);
+    file.createDataSet("set", H5::PredType::NATIVE_DOUBLE, H5::DataSpace(2, shape), properties)
+        .write(values.data(), H5::PredType::NATIVE_DOUBLE);
+  }
+  CHECK(ErrorOfReading(path).empty());
+}
+
+TEST_CASE("attributes hold one text or are an error") {
+  TemporaryFolder folder;
+  const auto error = [&](const H5::DataSpace& space, const H5::DataType& type) {
+    const std::string path = folder / "texts.h5";
+    {
+      H5::H5File file(path, H5F_ACC_TRUNC);
+      const hsize_t shape[2] = {3, 2};
+      file.createDataSet("set", H5::PredType::NATIVE_DOUBLE, H5::DataSpace(2, shape))
+          .createAttribute("id", type, space);
+    }
+    return ErrorOf([&] {
+      const H5::H5File file(path, H5F_ACC_RDONLY);
+      ReadText(file.openDataSet("set").openAttribute("id"), "set/id");
+    });
+  };
+  const hsize_t many = 300;
+  const H5::StrType any(H5::PredType::C_S1, H5T_VARIABLE), eight(H5::PredType::C_S1, 8);
+  CHECK(Has(error(H5::DataSpace(1, &many), any), "set/id: expected a text"));
+  CHECK(Has(error(H5::DataSpace(1, &many), eight), "set/id: expected a text"));
+  CHECK(Has(error(H5::DataSpace(H5S_NULL), any), "set/id: expected a text"));
+  CHECK(Has(error(H5::DataSpace(H5S_SCALAR), H5::PredType::NATIVE_INT), "set/id: expected a text"));
+  // Never written.
+  CHECK(error(H5::DataSpace(H5S_SCALAR), any).empty());
+  CHECK(error(H5::DataSpace(H5S_SCALAR), eight).empty());
+}
+
+// What libhdf5 writes for a link "im_0-im_1" to "/" of the file /dev/zero. Our process cannot make such a link: it has
+// taken their class out of the library, for 1.10 crashes at the end of a program that followed one to no HDF5 file.
+TEST_CASE("links into other files do not open") {
+  constexpr unsigned char kHead[] = {
+      0x89, 0x48, 0x44, 0x46, 0x0d, 0x0a, 0x1a, 0x0a, 0x03, 0x08, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+      0x00, 0x00, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xc3, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+      0x30, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x06, 0x1a, 0x61, 0x37, 0x4f, 0x48, 0x44, 0x52, 0x02, 0x20,
+      0x3e, 0xba, 0x03, 0x6b, 0x3e, 0xba, 0x03, 0x6b, 0x3e, 0xba, 0x03, 0x6b, 0x3e, 0xba, 0x03, 0x6b, 0x78, 0x02,
+      0x12, 0x00, 0x00, 0x00, 0x00, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff,
+      0xff, 0xff, 0xff, 0x0a, 0x02, 0x00, 0x01, 0x00, 0x00, 0x06, 0x1c, 0x00, 0x00, 0x01, 0x08, 0x40, 0x09};
+  std::string bytes(reinterpret_cast<const char*>(kHead), sizeof kHead);
+  bytes += "im_0-im_1";
+  bytes += std::string("\x0d\0\0/dev/zero\0/\0\0\x38", 18);
+  bytes.resize(191, '\0');
+  bytes += "\x4f\xcf\xc9\x97";
+  TemporaryFolder folder;
+  WriteRaw(folder / "link.h5", bytes);
+  const std::string error = ErrorOfReading(folder / "link.h5");
+  CHECK(Has(error, "link.h5: im_0-im_1: "));
 }
 
 namespace {

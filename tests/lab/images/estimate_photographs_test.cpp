@@ -6,13 +6,10 @@
 #include <sstream>
 
 #include "core/temporary_folder.h"
-#include "diffsac/estimate/robust_estimator.h"
 #include "lab/colmap/database.h"
-#include "lab/config/make_estimator.h"
-#include "lab/config/yaml.h"
 #include "lab/files/files.h"
-#include "lab/ground_truth/pair_truth.h"
 #include "lab/images/image_test_util.h"
+#include "lab/images/json_values.h"
 #include "lab/images/match_pair.h"
 #include "lab/images/photograph_results.h"
 
@@ -22,21 +19,17 @@ namespace {
 using Catch::Contains;
 namespace fs = std::filesystem;
 
-const Task kEssential = TaskFromString("essential");
-
-PhotographCameras Unknown(const Photographs& photographs, const FeatureStore& store, bool same = false) {
-  std::vector<ImageSize> sizes;
-  for (std::size_t i = 0; i < photographs.files.size(); ++i) sizes.push_back(store.SizeOf(static_cast<int>(i)));
-  return CamerasOfPhotographs(photographs.source.images, sizes, same);
-}
-
 // Four views of a textured plane, and what a run on them needs.
 struct Run {
   TemporaryFolder folder;
   std::string photos = folder / "photos", output = folder / "out";
   std::atomic<bool> stop{false};
   GivenCalibration calibration{"", 300.0, {}};
-  ExperimentOptions experiment;
+  PairOptions options{.guidance = Guidance::kNone, .seed = 5, .threads = 2};
+  Photographs photographs;
+  std::unique_ptr<FeatureStore> store;
+  PhotographCameras cameras;
+  std::vector<ImagePair> pairs;
 
   Run() {
     fs::create_directories(photos);
@@ -45,31 +38,31 @@ struct Run {
     const cv::Mat texture = Texture(900, 700, 3);
     for (int i = 0; i < 4; ++i)
       WriteImage(photos + "/v-" + std::to_string(i) + ".png", Render(texture, camera, NearbyPose(i), {320, 240}));
-    const std::string row = "{name: prosac, type: prosac, max_iterations: 200}";
-    experiment = ReadExperiment(ConfigFromYaml("name: photos\ntask: essential\nseed: 5\nmethods: [" + row + "]\n"));
   }
 
-  std::unique_ptr<RobustEstimator> Method() const {
-    return MakeEstimator(experiment.methods.at(0).config, kEssential, {});
-  }
-
-  // What a run says; `estimated`: its pairs.
-  std::string Go(int threads = 2, std::vector<EstimatedPair>* estimated = nullptr) {
-    Photographs photographs = ListPhotographs({photos}, "");
+  void Estimate() {
+    photographs = ListPhotographs({photos}, "");
     std::vector<std::string> paths;
     for (const SourceImage& image : photographs.source.images) paths.push_back(image.path);
-    const ImageCameras cameras(calibration, paths);
-    FeatureStore store(photographs.source, {}, "", output + "/.keypoints");
+    store = std::make_unique<FeatureStore>(photographs.source, FeatureOptions(), "", output + "/.keypoints");
     fs::create_directories(output);
-    REQUIRE(PreparePhotographs(cameras, threads, stop, &store, &photographs.source));
-    const auto method = Method();
-    std::vector<EstimatedPair> pairs = EstimatePairs(photographs.source, store, Unknown(photographs, store),
-                                                     {*method, kEssential, 1.0, experiment.seed, threads}, stop);
-    if (estimated != nullptr) *estimated = pairs;
+    REQUIRE(PreparePhotographs(ImageCameras(calibration, paths), 2, stop, store.get(), &photographs.source));
+    std::vector<ImageSize> sizes;
+    for (int i = 0; i < std::ssize(paths); ++i) sizes.push_back(store->SizeOf(i));
+    cameras = CamerasOfPhotographs(photographs.source.images, sizes, false);
+    pairs = EstimatePairs(photographs.source, *store, cameras, options, stop);
+  }
+
+  // What the run says.
+  std::string Write() const {
     std::ostringstream out;
-    WritePhotographResults(photographs, store, Unknown(photographs, store), std::move(pairs), experiment, 1.0, output,
-                           out);
+    WritePhotographResults({photographs, cameras, store.get(), options, output}, pairs, out);
     return out.str();
+  }
+
+  std::string Go() {
+    Estimate();
+    return Write();
   }
 };
 
@@ -109,30 +102,31 @@ TEST_CASE("photographs: of an image and its copy no motion is told, and no t") {
 
 TEST_CASE("photographs: every pair is what two images alone give, whatever the threads") {
   Run run;
-  std::vector<EstimatedPair> pairs;
-  const std::string said = run.Go(2, &pairs);
+  const std::string said = run.Go();
+  const std::vector<ImagePair>& pairs = run.pairs;
   CHECK_THAT(said, Contains("photos: 6 pairs: 6 are sure, "));
   CHECK_THAT(said, Contains("colmap mapper --database_path " + run.output + "/database.db --image_path "));
   REQUIRE(pairs.size() == 6);
-  MatchedImages alone = MatchTwoImages(run.photos + "/v-1.png", run.photos + "/v-2.png", {}, run.calibration);
-  SetTask(kEssential, 1.0, &alone.pair);
-  const Estimate expected = run.Method()->Run(alone.pair.problem, 5);
+  ImagePair alone = MatchTwoImages(run.photos + "/v-1.png", run.photos + "/v-2.png", {}, run.calibration);
+  EstimatePair(run.options, &alone);
   const auto same =
-      std::find_if(pairs.begin(), pairs.end(), [](const EstimatedPair& pair) { return pair.example.id == "v_1-v_2"; });
+      std::find_if(pairs.begin(), pairs.end(), [](const ImagePair& pair) { return pair.example.id == "v_1-v_2"; });
   REQUIRE(same != pairs.end());
-  CHECK(same->example.problem.points == alone.pair.problem.points);
-  CHECK(same->estimate.model == expected.model);
-  CHECK(same->estimate.inliers == expected.inliers);
+  CHECK(same->example.problem.points == alone.example.problem.points);
+  CHECK(same->estimate.model == alone.estimate.model);
+  CHECK(same->estimate.inliers == alone.estimate.inliers);
 
   const std::vector<std::string> lines = Lines(ReadFile(run.output + "/poses.csv"));
   REQUIRE(lines.size() == 7);
   CHECK(lines[0].ends_with(
       ",focal1_source,focal2_source,other_qw,other_qx,other_qy,other_qz,other_tx,other_ty,other_tz,"
-      "camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,focal2_high_px,focal1_observable,focal2_observable"));
-  CHECK(lines[1].starts_with("v-0.png,v-1.png,ok,0,prosac,5,"));
+      "camera1,camera2,focal1_low_px,focal1_high_px,focal2_low_px,focal2_high_px,focal1_observable,focal2_observable,"
+      "verdict,focal_conflict"));
+  CHECK(lines[1].starts_with("v-0.png,v-1.png,ok,0,none,5,"));
   // They show one plane, which two motions explain.
   CHECK(lines[1].find(",determined,given,given,0.") != std::string::npos);
-  run.Go(1);
+  run.options.threads = 1;
+  run.Go();
   const std::vector<std::string> again = Lines(ReadFile(run.output + "/poses.csv"));
   REQUIRE(again.size() == lines.size());
   for (std::size_t i = 1; i < lines.size(); ++i) CHECK(WithoutTimes(again[i]) == WithoutTimes(lines[i]));
@@ -140,34 +134,32 @@ TEST_CASE("photographs: every pair is what two images alone give, whatever the t
 
 TEST_CASE("photographs: the files agree with each other") {
   Run run;
-  std::vector<EstimatedPair> pairs;
-  run.Go(2, &pairs);
-  const EstimateFile estimates = ReadEstimates(run.output + "/estimates.h5");
+  run.Go();
+  const Json json = Json::parse(ReadFile(run.output + "/pairs.json"));
   const ColmapDatabase database(run.output + "/database.db");
-  REQUIRE(estimates.groups.at(0).records.size() == 6);
+  REQUIRE(json.at("pairs").size() == 6);
   CHECK(database.images().at(1).name == "v-0.png");
   CHECK(database.MatchedPairs().size() == 6);
+  CHECK(database.MatchedPairs(true).size() == 6);
   // One camera took them all.
   CHECK(database.images().at(1).camera == database.images().at(4).camera);
   CHECK(database.CameraOf(1).parameters == std::vector<double>{300.0, 300.0, 160.0, 120.0});
   CHECK(database.CameraOf(1).has_prior_focal_length);
-  for (const EstimateRecord& record : estimates.groups[0].records) {
-    const auto pair = std::find_if(pairs.begin(), pairs.end(),
-                                   [&](const EstimatedPair& p) { return "photos/" + p.example.id == record.id; });
-    REQUIRE(pair != pairs.end());
-    CHECK(record.points == pair->example.problem.points.rows());
-    CHECK(record.model == pair->estimate.model);
-    const std::int64_t id1 = pair->example.image1.back() - '0' + 1, id2 = pair->example.image2.back() - '0' + 1;
+  for (const Json& said : json.at("pairs")) {
+    const auto pair = std::find_if(run.pairs.begin(), run.pairs.end(),
+                                   [&](const ImagePair& p) { return said.at("pair") == p.example.id; });
+    REQUIRE(pair != run.pairs.end());
+    CHECK(said.at("matches") == pair->example.problem.points.rows());
+    CHECK(said.at("model")[5] == pair->estimate.model(1, 2));
+    const std::int64_t id1 = pair->images[0] + 1, id2 = pair->images[1] + 1;
     const MatchIndices matches = database.Matches({id1, id2});
     CHECK(matches == pair->matches);
+    CHECK(database.Matches({id1, id2}, true).rows() == pair->estimate.num_inliers);
     const PointMatrix keypoints = database.Keypoints(id1);
     CHECK((keypoints.row(matches(0, 0)).array() - 0.5 - pair->example.problem.points.row(0).leftCols<2>().array())
               .abs()
               .maxCoeff() < 1e-4);
   }
-  CHECK_THAT(ReadFile(run.output + "/report.html"), Contains("photos/v_0-v_1"));
-  const ExperimentOptions again = ReadExperiment(ConfigFromFile(run.output + "/config.yaml"));
-  CHECK(again.methods.at(0).name == "prosac");
 }
 
 TEST_CASE("photographs: an image that cannot be read is left out, and one of another size than its camera") {
@@ -181,11 +173,10 @@ TEST_CASE("photographs: an image that cannot be read is left out, and one of ano
   run.calibration.cameras = run.folder / "cameras.txt";
   WriteFileAtomically(run.calibration.cameras, "1 SIMPLE_RADIAL 320 240 300 160 120 -0.05\n");
   WriteImage(run.photos + "/v-3.png", Texture(200, 240, 1));
-  std::vector<EstimatedPair> pairs;
-  const std::string said = run.Go(2, &pairs);
+  const std::string said = run.Go();
   CHECK_THAT(said, Contains("photos: 3 pairs: 3 are sure, "));
   CHECK_THAT(said, Contains("\n  3 images belong together: v-0.png, v-1.png, v-2.png\n  /"));
-  for (const EstimatedPair& pair : pairs) CHECK(pair.example.image2 != "v_3");
+  for (const ImagePair& pair : run.pairs) CHECK(pair.example.image2 != "v_3");
   CHECK(ColmapDatabase(run.output + "/database.db").CameraOf(1).parameters ==
         std::vector<double>{300.0, 160.0, 120.0, -0.05});
 }
@@ -193,19 +184,10 @@ TEST_CASE("photographs: an image that cannot be read is left out, and one of ano
 TEST_CASE("photographs: without a calibration the cameras of the database are guesses") {
   Run run;
   run.calibration = {};
-  run.experiment = ReadExperiment(
-      ConfigFromYaml("name: photos\ntask: fundamental\nmethods: [{name: ransac, type: ransac, max_iterations: 50}]\n"));
-  Photographs photographs = ListPhotographs({run.photos}, "");
-  FeatureStore store(photographs.source, {}, "", run.output + "/.keypoints");
-  fs::create_directories(run.output);
-  REQUIRE(PreparePhotographs(ImageCameras({}, {"", "", "", ""}), 2, run.stop, &store, &photographs.source));
-  const Task task = TaskFromString("fundamental");
-  const auto method = MakeEstimator(run.experiment.methods.at(0).config, task, {});
-  std::ostringstream out;
-  const PhotographCameras unknown = Unknown(photographs, store);
-  WritePhotographResults(photographs, store, unknown,
-                         EstimatePairs(photographs.source, store, unknown, {*method, task, 1.0, 0, 2}, run.stop),
-                         run.experiment, 1.0, run.output, out);
+  run.options.task = Task::kFundamental;
+  run.options.max_iterations = 50;
+  run.options.min_iterations = 0;
+  run.Go();
   const ColmapDatabase database(run.output + "/database.db");
   CHECK_FALSE(database.CameraOf(1).has_prior_focal_length);
   CHECK(database.CameraOf(1).parameters == std::vector<double>{384.0, 160.0, 120.0, 0.0});
@@ -214,23 +196,14 @@ TEST_CASE("photographs: without a calibration the cameras of the database are gu
 
 TEST_CASE("photographs: what was done before an interruption is kept") {
   Run run;
-  Photographs photographs = ListPhotographs({run.photos}, "");
-  FeatureStore store(photographs.source, {}, "", run.output + "/.keypoints");
-  fs::create_directories(run.output);
-  const ImageCameras cameras(run.calibration, {"", "", "", ""});
-  REQUIRE(PreparePhotographs(cameras, 1, run.stop, &store, &photographs.source));
-  const auto method = run.Method();
-  std::vector<EstimatedPair> pairs =
-      EstimatePairs(photographs.source, store, Unknown(photographs, store), {*method, kEssential, 1.0, 5, 1}, run.stop);
-  pairs[1].done = pairs[4].done = false;
-  std::ostringstream out;
-  WritePhotographResults(photographs, store, Unknown(photographs, store), pairs, run.experiment, 1.0, run.output, out);
+  run.Estimate();
+  run.pairs[1].done = run.pairs[4].done = false;
+  run.Write();
   CHECK(Lines(ReadFile(run.output + "/poses.csv")).size() == 5);
-  CHECK_THAT(ReadFile(run.output + "/report.html"), Contains("Partial results"));
+  CHECK(Json::parse(ReadFile(run.output + "/pairs.json")).at("partial").get<bool>());
   run.stop = true;
-  const std::vector<EstimatedPair> none =
-      EstimatePairs(photographs.source, store, Unknown(photographs, store), {*method, kEssential, 1.0, 5, 1}, run.stop);
-  CHECK(std::none_of(none.begin(), none.end(), [](const EstimatedPair& pair) { return pair.done; }));
+  const auto none = EstimatePairs(run.photographs.source, *run.store, run.cameras, run.options, run.stop);
+  CHECK(std::none_of(none.begin(), none.end(), [](const ImagePair& pair) { return pair.done; }));
 }
 
 }  // namespace

@@ -73,10 +73,11 @@ TEST_CASE("a folder of matches is a folder of pairs, bad files are left out, and
     REQUIRE(pair.problem.cameras);
     CHECK(pair.problem.cameras->K1(0, 0) == 300.0);
   }
-  const ImageSource source = SourceOf(given, "folder");
-  CHECK(source.images.size() == 5);
-  CHECK(source.scenes[0].pairs[0].image2 == source.scenes[0].pairs[1].image1);
-  CHECK(source.scenes[0].pairs[2].image1 != source.scenes[0].pairs[2].image2);
+  const GivenPhotographs photographs = PhotographsOf(given, "folder");
+  CHECK(photographs.photographs.files == std::vector<std::string>{"a", "b", "c", "", ""});
+  CHECK(photographs.sizes[4].width == 320);
+  CHECK(photographs.pairs[0].images[1] == photographs.pairs[1].images[0]);
+  CHECK(photographs.pairs[2].images == std::array<int, 2>{3, 4});
 }
 
 TEST_CASE("folders without matches, and of bad ones alone, are named") {
@@ -155,12 +156,12 @@ TEST_CASE("a COLMAP database: calibrated pairs, all pairs, the calibration that 
 TEST_CASE("points of a known scene: x y X Y Z by place, or by name, with a calibration") {
   const TemporaryFolder folder;
   WriteFileAtomically(folder.File("points.txt"), "10 20 1 2 3 0.5\n30 40 4 5 6 0.25\n");
-  const Problem problem = ReadScenePoints({folder.File("points.txt"), {}}, kCalibration).pair.problem;
+  const Problem problem = ReadScenePoints({folder.File("points.txt"), {}}, kCalibration).example.problem;
   CHECK(problem.task == Task::kAbsolutePose);
   CHECK(problem.points.row(1) == Eigen::Matrix<double, 1, 5>(4, 5, 6, 30, 40));
   CHECK(problem.snn_ratio[1] == 0.25);
   WriteFileAtomically(folder.File("named.csv"), "z,y,x,v,u\n3,2,1,20,10\n");
-  const Problem named = ReadScenePoints({folder.File("named.csv"), {}}, kCalibration).pair.problem;
+  const Problem named = ReadScenePoints({folder.File("named.csv"), {}}, kCalibration).example.problem;
   CHECK(named.points.row(0) == Eigen::Matrix<double, 1, 5>(1, 2, 3, 10, 20));
   WriteFileAtomically(folder.File("few.txt"), "10 20 1 2\n");
   CHECK_THROWS_WITH(ReadScenePoints({folder.File("few.txt"), {}}, kCalibration),

@@ -270,53 +270,6 @@ TEST_CASE("ORB finds the same places in a warped image, on all of its scales") {
   CHECK((sum / near).cwiseAbs().maxCoeff() < 0.15);
 }
 
-TEST_CASE("places are described by the keypoint that is there, or themselves") {
-  TemporaryFolder folder;
-  WriteImage(folder / "a.png", Texture(320, 240, 1));
-  FeatureOptions options;
-  const RawFeatures all = ExtractRawFeatures(folder / "a.png", options);
-  PointMatrix places(12, 2);
-  for (int i = 0; i < 10; ++i) places.row(i) = all.positions.row(5 * i) + Eigen::RowVector2d(0.05, -0.05);
-  places.row(10) << -20.0, -20.0;
-  places.row(11) << 1000.0, 20.0;
-  const PlacedDescriptors placed = DescribePlaces(folder / "a.png", places, options);
-  CHECK(placed.size == ImageSize{320, 240});
-  CHECK(placed.num_found == 10);
-  REQUIRE(placed.bytes.rows() == 12);
-  int same = 0;
-  for (int i = 0; i < 10; ++i) same += placed.bytes.row(i) == all.bytes.row(5 * i) ? 1 : 0;
-  // Keypoints with two orientations share their place.
-  CHECK(same >= 7);
-  // Outside the image there is nothing to describe.
-  CHECK(placed.bytes.row(10).cast<int>().sum() == 0);
-
-  // Away from any keypoint, the place itself: its descriptor is that of the same place in a moved copy.
-  cv::Mat moved = cv::Mat::zeros(240, 320, CV_8U);
-  const cv::Mat image = cv::imread(folder / "a.png", cv::IMREAD_GRAYSCALE);
-  image(cv::Rect(0, 0, 310, 240)).copyTo(moved(cv::Rect(10, 0, 310, 240)));
-  WriteImage(folder / "moved.png", moved);
-  PointMatrix here(40, 2);
-  Rng rng(4);
-  for (int i = 0; i < 40; ++i) here.row(i) << std::floor(rng.Uniform(60, 250)), std::floor(rng.Uniform(60, 180));
-  PointMatrix there = here;
-  there.col(0).array() += 10.0;
-  const PlacedDescriptors a = DescribePlaces(folder / "a.png", here, options);
-  const PlacedDescriptors b = DescribePlaces(folder / "moved.png", there, options);
-  CHECK(a.num_found < 40);
-  const DescriptorMatrix rows_a = DescriptorsFromBytes(a.bytes, FeatureKind::kRootSift);
-  const DescriptorMatrix rows_b = DescriptorsFromBytes(b.bytes, FeatureKind::kRootSift);
-  int alike = 0;
-  for (int i = 0; i < 40; ++i) alike += (rows_a.row(i) - rows_b.row(i)).norm() < 0.2f ? 1 : 0;
-  CHECK(alike > 34);
-
-  options.kind = FeatureKind::kOrb;
-  CHECK(Has(ErrorOf([&] { DescribePlaces(folder / "a.png", places, options); }), "not by orb"));
-  options.kind = FeatureKind::kSift;
-  places(0, 0) = std::nan("");
-  CHECK(Has(ErrorOf([&] { DescribePlaces(folder / "a.png", places, options); }), "not finite"));
-  CHECK(Has(ErrorOf([&] { FromString<FeatureKind>("surf"); }), "'surf'"));
-}
-
 TEST_CASE("twelve bits of sixteen, and values with a floating point, are as bright as eight bits") {
   TemporaryFolder folder;
   const cv::Mat bytes = Texture(160, 120, 1);

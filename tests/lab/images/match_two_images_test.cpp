@@ -34,8 +34,8 @@ struct TwoViews {
 
 TEST_CASE("two images are matched as pairs are, whatever folders they are in") {
   const TwoViews views;
-  const MatchedImages matched = MatchTwoImages(views.first, views.second, {}, {"", 300.0, {159.5, 119.5}});
-  const Example& pair = matched.pair;
+  const ImagePair matched = MatchTwoImages(views.first, views.second, {}, {"", 300.0, {159.5, 119.5}});
+  const Example& pair = matched.example;
   CHECK(pair.id == "a_1-b");
   CHECK(pair.problem.size2.width == 320);
   CHECK(pair.problem.snn_ratio.size() == pair.problem.points.rows());
@@ -49,7 +49,7 @@ TEST_CASE("two images are matched as pairs are, whatever folders they are in") {
   CompleteTruth(pair.problem, &truth);
   const Eigen::VectorXd distances = TruthDistances(pair.problem, truth);
   CHECK((distances.array() <= 1.0).count() > 0.6 * static_cast<double>(distances.size()));
-  CHECK_FALSE(MatchTwoImages(views.first, views.second, {}, {}).pair.problem.cameras);
+  CHECK_FALSE(MatchTwoImages(views.first, views.second, {}, {}).example.problem.cameras);
 }
 
 TEST_CASE("equal names in two folders are told apart") {
@@ -61,8 +61,8 @@ TEST_CASE("equal names in two folders are told apart") {
     return path;
   };
   const std::string a = in("a/in/1.png"), b = in("b/in/1.png"), other = in("a/in/1.jpg");
-  CHECK(MatchTwoImages(a, b, {}, {}).pair.id == "a_in_1-b_in_1");
-  CHECK(MatchTwoImages(a, other, {}, {}).pair.id == "1_1-1_2");
+  CHECK(MatchTwoImages(a, b, {}, {}).example.id == "a_in_1-b_in_1");
+  CHECK(MatchTwoImages(a, other, {}, {}).example.id == "1_1-1_2");
 }
 
 TEST_CASE("without a calibration the focal lengths of EXIF data are hints") {
@@ -70,18 +70,18 @@ TEST_CASE("without a calibration the focal lengths of EXIF data are hints") {
   ExifBytes exif;
   exif.shorts[0xA405] = 26;
   WriteFileAtomically(views.second, WithExif(ReadFile(views.second), exif.ToString()));
-  const Problem problem = MatchTwoImages(views.first, views.second, {}, {}).pair.problem;
+  const Problem problem = MatchTwoImages(views.first, views.second, {}, {}).example.problem;
   CHECK_FALSE(problem.camera_prior1.focal);
   REQUIRE(problem.camera_prior2.focal);
   CHECK(problem.camera_prior2.focal->focal == Approx(26.0 / std::hypot(36.0, 24.0) * 400.0));
   CHECK(problem.camera_prior2.focal->log_sigma == kExifLogSigma);
-  const Problem calibrated = MatchTwoImages(views.first, views.second, {}, {"", 300.0, {159.5, 119.5}}).pair.problem;
+  const Problem calibrated = MatchTwoImages(views.first, views.second, {}, {"", 300.0, {159.5, 119.5}}).example.problem;
   CHECK_FALSE(calibrated.camera_prior2.focal);
 }
 
 TEST_CASE("a picture shows the inliers of two images") {
   const TwoViews views;
-  const Example pair = MatchTwoImages(views.first, views.second, {}, {}).pair;
+  const Example pair = MatchTwoImages(views.first, views.second, {}, {}).example;
   const std::string path = views.folder.File("picture.png");
   std::vector<std::uint8_t> inliers(static_cast<std::size_t>(pair.problem.points.rows()), 1);
   DrawInliers(views.first, views.second, pair.problem.points, inliers, "caption", path);
@@ -116,7 +116,7 @@ TEST_CASE("files that are no images, cut ones and blank ones are named") {
   CHECK_THROWS_WITH(MatchTwoImages(views.first, views.second, {}, {views.folder.File("K.txt"), 0.0, {}}),
                     Contains("K.txt"));
   WriteFileAtomically(views.folder.File("trailing.jpg"), whole + "appended");
-  CHECK(match(views.folder.File("trailing.jpg")).pair.problem.points.rows() > 0);
+  CHECK(match(views.folder.File("trailing.jpg")).example.problem.points.rows() > 0);
 }
 
 }  // namespace

@@ -33,24 +33,19 @@ std::vector<SourceImage> Images(const std::vector<std::string>& paths) {
 }
 
 /// What a pair says of a length of 1000 px, drawn about `said`, when 900 px within 43 % was known before.
-Estimate Saying(double said1, double said2, Rng& rng) {
+FocalsOfPair Saying(std::array<int, 2> images, double said1, double said2, Rng& rng) {
   constexpr double kSigma = 0.1, kPrior = 0.43;
-  Estimate estimate;
-  estimate.status = Status::kOk;
-  estimate.log10_nfa = -20.0;
-  estimate.degeneracy = Degeneracy::kDetermined;
-  FocalEstimate focal;
+  FocalsOfPair pair{images, {}};
   for (int k = 0; k < 2; ++k) {
     const double f = (k == 0 ? said1 : said2) * std::exp(kSigma * rng.Normal());
-    focal.focal_px[k] = f;
-    focal.low_px[k] = f * std::exp(-kSigma);
-    focal.high_px[k] = f * std::exp(kSigma);
-    focal.observable[k] = true;
-    focal.prior_focal_px[k] = 900.0;
-    focal.prior_log_sigma[k] = kPrior;
+    pair.focal.focal_px[k] = f;
+    pair.focal.low_px[k] = f * std::exp(-kSigma);
+    pair.focal.high_px[k] = f * std::exp(kSigma);
+    pair.focal.observable[k] = true;
+    pair.focal.prior_focal_px[k] = 900.0;
+    pair.focal.prior_log_sigma[k] = kPrior;
   }
-  estimate.focal = focal;
-  return estimate;
+  return pair;
 }
 
 /// All of one size, of which EXIF data say nothing.
@@ -66,25 +61,21 @@ PhotographCameras UnknownCameras(int images) {
 /// Pairs of six images whose lengths are `focal` of each image: two views know the ratio far better than the lengths.
 PhotographCameras Joined(const std::function<double(int)>& focal, PhotographCameras cameras) {
   Rng rng(5);
-  std::vector<std::array<int, 2>> pairs;
-  std::vector<Estimate> estimates;
+  std::vector<FocalsOfPair> pairs;
   for (int i = 0; i < 6; ++i)
     for (int j = i + 1; j < 6; ++j) {
-      pairs.push_back({i, j});
       const double common = std::exp(0.2 * rng.Normal()), off = std::exp(0.03 * rng.Normal());
-      Estimate estimate = Saying(1000.0, 1000.0, rng);
-      FocalEstimate& said = *estimate.focal;
+      FocalEstimate& said = pairs.emplace_back(Saying({i, j}, 1000.0, 1000.0, rng)).focal;
       said.log_correlation = 0.98;
       for (int k = 0; k < 2; ++k) {
         // One of the pairs is wrong.
         said.focal_px[k] =
-            common * (pairs.size() == 4 ? 400.0 + 800.0 * k : focal(pairs.back()[k]) * (k == 0 ? 1.0 : off));
+            common * (pairs.size() == 4 ? 400.0 + 800.0 * k : focal(pairs.back().images[k]) * (k == 0 ? 1.0 : off));
         said.low_px[k] = said.focal_px[k] * std::exp(-0.2);
         said.high_px[k] = said.focal_px[k] * std::exp(0.2);
       }
-      estimates.push_back(estimate);
     }
-  JoinCameras(pairs, estimates, &cameras);
+  JoinCameras(pairs, &cameras);
   return cameras;
 }
 
@@ -119,16 +110,14 @@ TEST_CASE("many pairs know a camera's focal length better than one, some of them
   Rng rng(1);
   for (int trial = 0; trial < 5; ++trial) {
     PhotographCameras cameras = TwoCameras(6);
-    std::vector<std::array<int, 2>> pairs;
-    std::vector<Estimate> estimates;
+    std::vector<FocalsOfPair> pairs;
     for (int i = 0; i < 6; ++i)
       for (int j = i + 1; j < 6; ++j) {
-        pairs.push_back({i, j});
-        const bool wrong = pairs.size() % 5 == 0;
+        const bool wrong = pairs.size() % 5 == 4;
         const auto truth = [&](int image) { return wrong ? 400.0 : cameras.camera[image] == 0 ? 1000.0 : 700.0; };
-        estimates.push_back(Saying(truth(i), truth(j), rng));
+        pairs.push_back(Saying({i, j}, truth(i), truth(j), rng));
       }
-    PoolFocals(pairs, estimates, &cameras);
+    PoolFocals(pairs, &cameras);
     for (int i = 0; i < 6; ++i) {
       CAPTURE(trial, i);
       const FocalPrior pooled = cameras.hints[i].focal.value();
@@ -160,34 +149,26 @@ TEST_CASE("images of two lengths have two cameras") {
 
 TEST_CASE("lengths that no pair knows well stay unknown") {
   Rng rng(6);
-  Estimate vague = Saying(1000.0, 1000.0, rng);
-  for (int k = 0; k < 2; ++k) {
-    vague.focal->low_px[k] = 1000.0 * std::exp(-0.4);
-    vague.focal->high_px[k] = 1000.0 * std::exp(0.4);
-  }
+  FocalsOfPair vague = Saying({0, 1}, 1000.0, 1000.0, rng);
+  vague.focal.low_px.fill(1000.0 * std::exp(-0.4));
+  vague.focal.high_px.fill(1000.0 * std::exp(0.4));
   PhotographCameras cameras = TwoCameras(2);
-  PoolFocals({{0, 1}}, {vague}, &cameras);
+  PoolFocals({vague}, &cameras);
   CHECK_FALSE(cameras.hints[0].focal);
   CHECK(cameras.from[0] == FocalSource::kPrior);
 }
 
-TEST_CASE("what may be chance, does not move or knows no more than the prior says nothing of a camera") {
+TEST_CASE("what does not count or knows nothing is not pooled") {
   Rng rng(2);
-  Estimate chance = Saying(1000, 700, rng), turned = chance, unknown = chance, none;
-  chance.log10_nfa = 1.0;
-  turned.degeneracy = Degeneracy::kPureRotation;
-  unknown.focal->observable = {};
-  unknown.focal->low_px.fill(900.0 * std::exp(-0.43));
-  unknown.focal->high_px.fill(900.0 * std::exp(0.43));
+  FocalsOfPair chance = Saying({0, 1}, 1000, 700, rng), unknown = chance;
+  chance.counts = false;
+  unknown.focal.observable = {};
+  unknown.focal.low_px.fill(900.0 * std::exp(-0.43));
+  unknown.focal.high_px.fill(900.0 * std::exp(0.43));
   PhotographCameras cameras = TwoCameras(2);
-  PoolFocals({{0, 1}, {0, 1}, {0, 1}, {0, 1}}, {chance, turned, unknown, none}, &cameras);
+  PoolFocals({chance, unknown}, &cameras);
   CHECK_FALSE(cameras.hints[0].focal);
   CHECK(cameras.from[1] == FocalSource::kPrior);
-  Problem problem;
-  CHECK(SourceOfFocal(problem, unknown.focal, 0, FocalSource::kExif) == FocalSource::kExif);
-  CHECK(SourceOfFocal(problem, chance.focal, 1, FocalSource::kExif) == FocalSource::kMatches);
-  problem.cameras = CameraPair{};
-  CHECK(ToString(SourceOfFocal(problem, {}, 1, FocalSource::kPrior)) == "given");
 }
 
 }  // namespace diffsac

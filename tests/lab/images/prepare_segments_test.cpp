@@ -1,6 +1,5 @@
 #include "lab/images/prepare_segments.h"
 
-#include <atomic>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
@@ -19,8 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::atomic<bool> kGoOn{false};
-
 /// A white room with lines towards (200, 100), on 320 × 240 pixels.
 void WriteLines(const std::string& path) {
   cv::Mat image(240, 320, CV_8U, cv::Scalar(255));
@@ -29,26 +26,16 @@ void WriteLines(const std::string& path) {
   cv::imwrite(path, image);
 }
 
-std::vector<ImageSegments> Prepared(const std::string& input, const std::string& output, const std::string& scene) {
-  SegmentsRequest request;
-  request.input = input;
-  request.output = output;
-  REQUIRE(PrepareSegments(request, kGoOn));
-  return ReadSegments(output + "/" + scene + "/segments.h5");
-}
-
 }  // namespace
 
 TEST_CASE("segments of a photograph lie along its lines, longest first") {
-  const TemporaryFolder folder, output;
+  const TemporaryFolder folder;
   WriteLines(folder / "room.png");
-  WriteRaw(folder / "broken.png", "no image");
-  const auto images = Prepared(folder.path(), output.path(), fs::path(folder.path()).filename());
-  REQUIRE(images.size() == 1);
-  CHECK(images[0].name == "room");
-  CHECK(images[0].size == ImageSize{320, 240});
-  CHECK_FALSE(images[0].K.has_value());
-  const PointMatrix& segments = images[0].segments;
+  const Photograph photograph = ReadPhotograph(folder / "room.png", {});
+  CHECK_FALSE(photograph.K.has_value());
+  const ImageSegments image = DetectSegments(photograph.gray, 0);
+  CHECK(image.size == ImageSize{320, 240});
+  const PointMatrix& segments = image.segments;
   REQUIRE(segments.rows() >= 5);
   double last = 1e9;
   for (Eigen::Index i = 0; i < 5; ++i) {
@@ -62,25 +49,6 @@ TEST_CASE("segments of a photograph lie along its lines, longest first") {
   CHECK(half.size == ImageSize{320, 240});
   for (Eigen::Index i = 0; i < 5; ++i)
     CHECK(VanishingPoint::Residual({200, 100, 1}, half.segments.data() + 4 * i) < 0.1);
-}
-
-TEST_CASE("segments: a file that is there already stays, and wrong input is named") {
-  const TemporaryFolder folder, output;
-  WriteLines(folder / "room.png");
-  SegmentsRequest request;
-  request.input = folder / "room.png";
-  request.output = output.path();
-  request.scene = "one";
-  REQUIRE(PrepareSegments(request, kGoOn));
-  const auto written = fs::last_write_time(output / "one/segments.h5");
-  // Before the image is looked at.
-  WriteRaw(folder / "room.png", "no image any more");
-  REQUIRE(PrepareSegments(request, kGoOn));
-  CHECK(fs::last_write_time(output / "one/segments.h5") == written);
-  request.overwrite = true;
-  CHECK(Has(ErrorOf([&] { PrepareSegments(request, kGoOn); }), "no image could be read"));
-  request.input = folder / "nothing";
-  CHECK(Has(ErrorOf([&] { PrepareSegments(request, kGoOn); }), "nothing"));
 }
 
 TEST_CASE("a photograph is upright and has EXIF's focal length, unless a calibration is given") {

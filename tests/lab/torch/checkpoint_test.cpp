@@ -71,7 +71,7 @@ void WriteChanged(const std::string& from, const Change& change, const std::stri
 
 TEST_CASE("a checkpoint restores weights, average, optimiser and info") {
   const TemporaryFolder folder;
-  auto a = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
+  auto a = std::make_shared<Denoiser>(SmallOptions("pooled"), 4, Rng(1));
   FillWithWave(*a);
   ExponentialMovingAverage average(*a, 0.9);
   torch::optim::Adam optimizer(a->parameters(), torch::optim::AdamOptions(1e-2));
@@ -81,7 +81,7 @@ TEST_CASE("a checkpoint restores weights, average, optimiser and info") {
                             {{0.1, 1e-300}, 3}};
   SaveCheckpoint(folder.File("c.safetensors"), info, *a, average, &optimizer);
 
-  auto b = MakeDenoiser(SmallOptions("pooled"), 4, Rng(2));
+  auto b = std::make_shared<Denoiser>(SmallOptions("pooled"), 4, Rng(2));
   ExponentialMovingAverage other(*b, 0.9);
   torch::optim::Adam second(b->parameters(), torch::optim::AdamOptions(1e-2));
   const auto read = LoadCheckpoint(folder.File("c.safetensors"), *b, &other, &second);
@@ -101,14 +101,14 @@ TEST_CASE("a checkpoint restores weights, average, optimiser and info") {
     CHECK(torch::equal(a->parameters()[i], b->parameters()[i]));
     CHECK(torch::equal(average.shadow()[i], other.shadow()[i]));
   }
-  auto c = MakeDenoiser(SmallOptions("pooled"), 4, Rng(3));
+  auto c = std::make_shared<Denoiser>(SmallOptions("pooled"), 4, Rng(3));
   LoadAverage(folder.File("c.safetensors"), *c);
   CHECK(torch::equal(c->parameters()[1], average.shadow()[1]));
 }
 
 TEST_CASE("a bad checkpoint is a clear error that names the file") {
   const TemporaryFolder folder;
-  auto network = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
+  auto network = std::make_shared<Denoiser>(SmallOptions("pooled"), 4, Rng(1));
   const ExponentialMovingAverage average(*network, 0.9);
   const auto path = folder.File("good.safetensors");
   SaveCheckpoint(path, {}, *network, average, nullptr);
@@ -134,7 +134,7 @@ TEST_CASE("a bad checkpoint is a clear error that names the file") {
 
 TEST_CASE("a checkpoint that training does not go on from holds the average alone") {
   const TemporaryFolder folder;
-  auto network = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
+  auto network = std::make_shared<Denoiser>(SmallOptions("pooled"), 4, Rng(1));
   const ExponentialMovingAverage average(*network, 0.9);
   SaveCheckpoint(folder.File("c.safetensors"), {}, *network, average, nullptr);
   const SafetensorsFile file(folder.File("c.safetensors"));
@@ -144,22 +144,22 @@ TEST_CASE("a checkpoint that training does not go on from holds the average alon
 
 TEST_CASE("a checkpoint of another architecture is refused") {
   const TemporaryFolder folder;
-  auto network = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
+  auto network = std::make_shared<Denoiser>(SmallOptions("pooled"), 4, Rng(1));
   const ExponentialMovingAverage average(*network, 0.9);
   const auto path = folder.File("a.safetensors");
   SaveCheckpoint(path, {}, *network, average, nullptr);
-  auto wider = MakeDenoiser(SmallOptions("pooled"), 5, Rng(1));
+  auto wider = std::make_shared<Denoiser>(SmallOptions("pooled"), 5, Rng(1));
   CHECK_THROWS_WITH(LoadAverage(path, *wider),
                     Catch::Contains("input_points.weight") && Catch::Contains("architecture"));
-  auto deeper = MakeDenoiser(SmallOptions("pooled", 3), 4, Rng(1));
+  auto deeper = std::make_shared<Denoiser>(SmallOptions("pooled", 3), 4, Rng(1));
   CHECK_THROWS_WITH(LoadAverage(path, *deeper), Catch::Contains("architecture"));
-  auto other = MakeDenoiser(SmallOptions("point_transformer"), 4, Rng(1));
+  auto other = std::make_shared<Denoiser>(SmallOptions("point_transformer"), 4, Rng(1));
   CHECK_THROWS_AS(LoadAverage(path, *other), Error);
 }
 
 TEST_CASE("a checkpoint's parts are whole, and there are no others") {
   const TemporaryFolder folder;
-  auto network = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
+  auto network = std::make_shared<Denoiser>(SmallOptions("pooled"), 4, Rng(1));
   ExponentialMovingAverage average(*network, 0.9);
   torch::optim::Adam optimizer(network->parameters(), torch::optim::AdamOptions(1e-2));
   const auto path = folder.File("c.safetensors");
@@ -190,7 +190,7 @@ TEST_CASE("a checkpoint's parts are whole, and there are no others") {
 
 TEST_CASE("a checkpoint's metadata is checked") {
   const TemporaryFolder folder;
-  auto network = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
+  auto network = std::make_shared<Denoiser>(SmallOptions("pooled"), 4, Rng(1));
   ExponentialMovingAverage average(*network, 0.9);
   torch::optim::Adam optimizer(network->parameters(), torch::optim::AdamOptions(1e-2));
   const auto path = folder.File("c.safetensors");
@@ -220,14 +220,14 @@ TEST_CASE("a checkpoint's metadata is checked") {
 
 TEST_CASE("a checkpoint of the same state is the same file") {
   const TemporaryFolder folder;
-  auto network = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
+  auto network = std::make_shared<Denoiser>(SmallOptions("pooled"), 4, Rng(1));
   ExponentialMovingAverage average(*network, 0.9);
   torch::optim::Adam optimizer(network->parameters(), torch::optim::AdamOptions(1e-2));
   OneStep(*network, optimizer);
   const auto path = [&](const char* name) { return folder.File(name); };
   const CheckpointInfo info{"diffsac", "line", "task: line\n", "abc123", 17, 5, 1.0 / 3.0};
   SaveCheckpoint(path("a"), info, *network, average, &optimizer);
-  auto other = MakeDenoiser(SmallOptions("pooled"), 4, Rng(2));
+  auto other = std::make_shared<Denoiser>(SmallOptions("pooled"), 4, Rng(2));
   ExponentialMovingAverage other_average(*other, 0.9);
   torch::optim::Adam second(other->parameters(), torch::optim::AdamOptions(1e-2));
   const auto read = LoadCheckpoint(path("a"), *other, &other_average, &second);
@@ -237,7 +237,7 @@ TEST_CASE("a checkpoint of the same state is the same file") {
 
 TEST_CASE("a checkpoint that cannot be written leaves the old one") {
   const TemporaryFolder folder;
-  auto network = MakeDenoiser(SmallOptions("pooled"), 4, Rng(1));
+  auto network = std::make_shared<Denoiser>(SmallOptions("pooled"), 4, Rng(1));
   const ExponentialMovingAverage average(*network, 0.9);
   std::ofstream(folder.File("file")) << "x";
   CHECK_THROWS_AS(SaveCheckpoint(folder.File("file") + "/c.safetensors", {}, *network, average, nullptr), Error);

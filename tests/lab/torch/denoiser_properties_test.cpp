@@ -18,7 +18,7 @@ torch::Tensor Run(Denoiser& network, const PointBatch& batch, const torch::Tenso
 
 TEST_CASE("a new network predicts zero everywhere") {
   for (const char* kind : kKinds) {
-    auto network = MakeDenoiser(SmallOptions(kind), 6, Rng(1));
+    auto network = std::make_shared<Denoiser>(SmallOptions(kind), 6, Rng(1));
     const auto batch = BatchOf({RandomFeatures(9, 6, Rng(2))});
     CHECK(Run(*network, batch, RandomTensor({1, 3, 9}, Rng(3))).abs().max().item<float>() == 0.0f);
     CHECK(network->Encode(batch).inlier_logits.abs().max().item<float>() == 0.0f);
@@ -28,7 +28,7 @@ TEST_CASE("a new network predicts zero everywhere") {
 TEST_CASE("permuting the points permutes the output") {
   for (const char* kind : kKinds) {
     for (const int encoder_layers : {0, 2}) {
-      auto network = MakeDenoiser(SmallOptions(kind, encoder_layers), 6, Rng(1));
+      auto network = std::make_shared<Denoiser>(SmallOptions(kind, encoder_layers), 6, Rng(1));
       FillWithWave(*network);
       auto set = RandomFeatures(11, 6, Rng(2));
       const auto c_t = RandomTensor({1, 2, 11}, Rng(3));
@@ -45,7 +45,7 @@ TEST_CASE("permuting the points permutes the output") {
 
 TEST_CASE("a problem's output does not depend on its batch mates or on padding") {
   for (const char* kind : kKinds) {
-    auto network = MakeDenoiser(SmallOptions(kind), 6, Rng(1));
+    auto network = std::make_shared<Denoiser>(SmallOptions(kind), 6, Rng(1));
     FillWithWave(*network);
     const auto small = RandomFeatures(5, 6, Rng(2)), large = RandomFeatures(12, 6, Rng(3));
     const auto c_t = RandomTensor({1, 2, 5}, Rng(5));
@@ -64,7 +64,7 @@ TEST_CASE("a problem's output does not depend on its batch mates or on padding")
 
 TEST_CASE("the layers of each point alone do not see the others, all other kinds do") {
   for (const char* kind : kKinds) {
-    auto network = MakeDenoiser(SmallOptions(kind), 6, Rng(1));
+    auto network = std::make_shared<Denoiser>(SmallOptions(kind), 6, Rng(1));
     FillWithWave(*network);
     auto set = RandomFeatures(9, 6, Rng(2));
     const auto c_t = RandomTensor({1, 2, 9}, Rng(3));
@@ -82,10 +82,10 @@ TEST_CASE("the layers of each point alone do not see the others, all other kinds
 
 TEST_CASE("weights depend on the seed alone") {
   torch::manual_seed(1);
-  auto a = MakeDenoiser(SmallOptions("pooled"), 6, Rng(7));
+  auto a = std::make_shared<Denoiser>(SmallOptions("pooled"), 6, Rng(7));
   torch::manual_seed(2);
-  auto b = MakeDenoiser(SmallOptions("pooled"), 6, Rng(7));
-  auto c = MakeDenoiser(SmallOptions("pooled"), 6, Rng(8));
+  auto b = std::make_shared<Denoiser>(SmallOptions("pooled"), 6, Rng(7));
+  auto c = std::make_shared<Denoiser>(SmallOptions("pooled"), 6, Rng(8));
   CHECK(torch::equal(a->parameters()[0], b->parameters()[0]));
   CHECK_FALSE(torch::equal(a->parameters()[0], c->parameters()[0]));
 }

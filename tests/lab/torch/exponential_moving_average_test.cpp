@@ -9,7 +9,7 @@
 namespace diffsac {
 
 TEST_CASE("the average follows shadow = d·shadow + (1 − d)·weight with a warm-up") {
-  auto network = MakeDenoiser(SmallOptions("pooled"), 3, Rng(1));
+  auto network = std::make_shared<Denoiser>(SmallOptions("pooled"), 3, Rng(1));
   const torch::NoGradGuard no_grad;
   for (auto& p : network->parameters()) p.fill_(1.0);
   ExponentialMovingAverage average(*network, 0.5);

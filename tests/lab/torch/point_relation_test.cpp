@@ -22,7 +22,7 @@ FeatureSet TwoInstances(int each) {
 std::shared_ptr<Denoiser> Network(const char* kind) {
   auto options = SmallOptions(kind);
   options.relation = true;
-  auto network = MakeDenoiser(options, {kWidth, kFirst}, Rng(1));
+  auto network = std::make_shared<Denoiser>(options, FeatureColumns(kWidth, kFirst), Rng(1));
   FillWithWave(*network);
   return network;
 }
@@ -86,7 +86,7 @@ TEST_CASE("layers of each point alone relate points through the relation") {
 TEST_CASE("a relation without residual features is refused") {
   auto options = SmallOptions("pooled");
   options.relation = true;
-  CHECK_THROWS_WITH(MakeDenoiser(options, 6, Rng(1)), Catch::Contains("relation") && Catch::Contains("residual"));
+  CHECK_THROWS_WITH(Denoiser(options, 6, Rng(1)), Catch::Contains("relation") && Catch::Contains("residual"));
 }
 
 }  // namespace diffsac

@@ -1,10 +1,9 @@
-#include "lab/torch/point_transformer.h"
+#include "lab/torch/denoiser.h"
 
 #include <catch2/catch.hpp>
 
 #include "lab/torch/reference_transformer.h"
 #include "lab/torch/test_networks.h"
-#include "lab/torch/time_embedding.h"
 
 namespace diffsac {
 namespace {
@@ -26,7 +25,7 @@ ReferenceTransformer ReferenceOf(const Denoiser& network, const DenoiserOptions&
 TEST_CASE("point transformer equals an independent computation") {
   for (const int encoder_layers : {0, 2}) {
     auto options = SmallOptions("point_transformer", encoder_layers);
-    auto network = MakeDenoiser(options, 5, Rng(3));
+    auto network = std::make_shared<Denoiser>(options, 5, Rng(3));
     FillWithWave(*network);
     const auto set = RandomFeatures(7, 5, Rng(11));
     const auto c_t = RandomTensor({1, 2, 7}, Rng(12));
@@ -62,7 +61,7 @@ TEST_CASE("the paper's size has Point-E's number of parameters") {
   const std::int64_t w = 512;
   const std::int64_t mlp = 8 * w * w + 5 * w, attention = 4 * w * w + 4 * w, norm = 2 * w;
   const std::int64_t expected = 12 * (mlp + attention + 2 * norm) + mlp + 2 * norm + (2 * w) + (2 * w + w) + (w + 1);
-  CHECK(CountParameters(*MakeDenoiser(options, 2, Rng(1))) == expected);
+  CHECK(CountParameters(Denoiser(options, 2, Rng(1))) == expected);
   CHECK(12 * (mlp + attention + 2 * norm) == Approx(37.8e6).epsilon(0.01));
 }
 

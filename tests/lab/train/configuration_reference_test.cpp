@@ -19,7 +19,9 @@ TEST_CASE("Every key of the reference has a meaning") {
   for (std::size_t begin = 0, end = text.find('\n'); end != std::string::npos;
        begin = end + 1, end = text.find('\n', begin)) {
     const std::string line = text.substr(begin, end - begin);
-    if (line.starts_with("- `") && line.find(": ", line.find('`', 3)) == std::string::npos) without += line + "\n";
+    const std::size_t key = line.find("- `");
+    const bool is_key = key == line.find_first_not_of(' ') && key != std::string::npos;
+    if (is_key && line.find(": ", line.find('`', key + 3)) == std::string::npos) without += line + "\n";
   }
   CHECK(without == "");
 }

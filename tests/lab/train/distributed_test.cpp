@@ -152,9 +152,9 @@ TEST_CASE("a process alone takes every item with its full weight") {
 TEST_CASE("loss weights count what the losses average over") {
   TrainingItem item;
   item.inliers = {1, 0, 1};
-  item.labels = {1, -1, 1, -1, -1, 1};
-  CHECK(LossWeights({item, item}, 1.0) == std::vector<double>{12.0, 6.0});
-  CHECK(LossWeights({item, item}, 4.0) == std::vector<double>{30.0, 6.0});
+  item.labels = {{0, 2}, {2}};
+  CHECK(DiffusionLossWeights({item, item}, 2, 1.0) == std::vector<double>{12.0, 6.0});
+  CHECK(DiffusionLossWeights({item, item}, 2, 4.0) == std::vector<double>{30.0, 6.0});
 }
 
 }  // namespace diffsac

@@ -58,21 +58,17 @@ TEST_CASE("a training on several structures is validated by recall, and its chec
 }
 
 TEST_CASE("each copy of a training item is labelled with one structure, and all structures come") {
-  const auto dataset = Lines(3);
   LabelOptions labels;
   labels.target = LabelTarget::kInstance;
-  const TrainingSource source(*dataset, PointFeatures({}, Task::kLine), labels, 40, 100, 1);
+  const TrainingSource source({{Lines(3), 1.0}}, PointFeatures({}, Task::kLine), {labels, 40}, {}, 1);
   const TrainingItem item = source.Make(0);
   const auto& truth = item.example->truth;
-  const std::size_t points = truth.assignment.size();
   std::set<std::int32_t> seen;
-  for (std::size_t copy = 0; copy < 40; ++copy) {
+  for (const auto& label : item.labels) {
     std::set<std::int32_t> own;
-    std::size_t labelled = 0;
-    for (std::size_t i = 0; i < points; ++i)
-      if (item.labels[copy * points + i] > 0.0f) own.insert(truth.assignment[i]), ++labelled;
+    for (const int i : label) own.insert(truth.assignment[i]);
     REQUIRE(own.size() == 1);
-    CHECK(labelled ==
+    CHECK(label.size() ==
           static_cast<std::size_t>(std::count(truth.assignment.begin(), truth.assignment.end(), *own.begin())));
     seen.insert(*own.begin());
   }

@@ -9,7 +9,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/estimate/diffsac_estimator.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/eval/report_script.h"
+#include "lab/config/report_script.h"
 #include "lab/files/files.h"
 #include "lab/torch/checkpoint.h"
 #include "lab/torch/diffsac_network.h"
@@ -82,6 +82,18 @@ TEST_CASE("a run that was stopped and resumed equals one that was not") {
   const auto y = NetworkOf(parts, "last");
   for (std::size_t i = 0; i < x->module->parameters().size(); ++i)
     CHECK(torch::equal(x->module->parameters()[i], y->module->parameters()[i]));
+}
+
+TEST_CASE("the number of data workers changes no byte") {
+  const TemporaryFolder folder;
+  const auto checkpoint = [&](int workers) {
+    const std::string output = folder / std::to_string(workers), number = std::to_string(workers);
+    REQUIRE(Train(Request(output, {"train.iterations=20", "train.workers=" + number}), kNever) ==
+            TrainOutcome::kFinished);
+    return NetworkOf(output, "last")->module->parameters();
+  };
+  const auto one = checkpoint(1), three = checkpoint(3);
+  for (std::size_t i = 0; i < one.size(); ++i) CHECK(torch::equal(one[i], three[i]));
 }
 
 TEST_CASE("steps that no row of metrics counts yet are in the checkpoint") {

@@ -12,7 +12,7 @@
 namespace diffsac {
 
 /// A trained network of kind `pooled` without LibTorch: weights packed once, one pass over the points for each layer,
-/// one problem at a time. The same mathematics as the network that was trained (lab/torch/denoiser_base.h,
+/// one problem at a time. The same mathematics as the network that was trained (lab/torch/denoiser.h,
 /// lab/torch/pooled_block.h); outputs agree to 1e-4 (tests/lab/torch/cpu_denoiser_test.cpp). Const calls may run at
 /// the same time, each with its own Workspace.
 class CpuDenoiser {
