@@ -79,6 +79,41 @@ inline RunInputs TwoPointInputs(int batch = 1) {
   return {make, {}, nullptr};
 }
 
+/// Two-view results with given pose errors: `first` is right on every problem of scene a (two problems) and off by
+/// 5.5 degrees in rotation on those of scene b (six); `second` has 7.5 degrees of translation everywhere, and fails on
+/// the last.
+inline ExperimentResults MadeUpPoses() {
+  ExperimentResults results;
+  results.experiment = ReadExperiment(ConfigFromYaml(R"(
+name: poses
+task: fundamental
+metric: {threshold_deg: 10}
+data: {type: synthetic_two_view}
+methods:
+  - {name: first, type: two_point, label: First}
+  - {name: second, type: two_point, label: Second}
+)"));
+  for (std::size_t m = 0; m < 2; ++m) {
+    Cell cell{0, m, {}};
+    for (int i = 0; i < 8; ++i) {
+      ProblemRecord record;
+      record.index = i;
+      record.scene = i < 2 ? "a" : "b";
+      record.status = Status::kOk;
+      record.error.rotation_deg = m == 0 && i >= 2 ? 5.5 : 0.0;
+      record.error.translation_deg = m == 1 ? 7.5 : 0.0;
+      record.error.failed = m == 1 && i == 7;
+      if (record.error.failed) record.error.rotation_deg = 180.0;
+      if (record.error.failed) record.error.translation_deg = 90.0;
+      record.error.angle_deg = std::max(record.error.rotation_deg, record.error.translation_deg);
+      record.done = true;
+      cell.records.push_back(record);
+    }
+    results.cells.push_back(cell);
+  }
+  return results;
+}
+
 /// Made-up results: two conditions, two methods and the oracle, with given errors.
 inline ExperimentResults MadeUpResults() {
   ExperimentResults results;

@@ -23,6 +23,14 @@ TEST_CASE("rows are selected by name, in the experiment's order") {
   CHECK_THROWS_WITH(SelectEstimators({"orcale"}, &experiment), Contains("--methods") && Contains("'oracle'"));
 }
 
+const char* kRowWithoutNetwork = R"(
+name: networks
+data: {type: synthetic_line}
+methods:
+  - {name: learned, type: diffsac, label: Learned, checkpoint: there/is/no.safetensors}
+  - {name: other, type: ransac}
+)";
+
 TEST_CASE("a row without its checkpoint is left out, and named") {
   ExperimentOptions experiment = Read(kRowWithoutNetwork + std::string("missing: leave_out\n"));
   CHECK(Checkpoints(experiment) == std::vector<std::string>{"there/is/no.safetensors"});
