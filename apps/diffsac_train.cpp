@@ -12,7 +12,6 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
 #include "lab/config/yaml.h"
-#include "lab/eval/run_files.h"
 #include "lab/files/files.h"
 #include "lab/torch/process_group.h"
 #include "lab/train/configuration_reference.h"
@@ -100,6 +99,8 @@ diffsac::TrainRequest ReadRequest(const CommandLine& line) {
   return request;
 }
 
+constexpr const char* kResults = "checkpoints/best.safetensors, metrics.csv and report.html are in ";
+
 int Run(CommandLine line) {
   if (line.config_path.empty() && !(line.resume && !line.output.empty()))
     throw CLI::RequiredError("--config, or --resume with --output,");
@@ -116,7 +117,7 @@ int Run(CommandLine line) {
   diffsac::RefuseInputsAsOutputs(outputs, {line.config_path, line.weights});
   if (!line.weights.empty()) {
     diffsac::ImportNetwork(request, line.weights);
-    std::cout << diffsac::ResultsText(request.output) << std::endl;
+    std::cout << kResults << request.output << std::endl;
     return diffsac::kExitOk;
   }
   const auto group = diffsac::JoinProcessGroup(line.timeout_s);
@@ -126,7 +127,7 @@ int Run(CommandLine line) {
   if (main_process) diffsac::MakeWritableFolder(request.output);
   diffsac::InitLogging(main_process ? request.output + "/log.txt" : "", !main_process);
   const auto outcome = diffsac::Train(request, diffsac::stop_requested);
-  if (main_process) std::cout << diffsac::ResultsText(request.output) << std::endl;
+  if (main_process) std::cout << kResults << request.output << std::endl;
   return outcome == diffsac::TrainOutcome::kFinished ? diffsac::kExitOk : diffsac::kExitInterrupted;
 }
 
