@@ -1,6 +1,7 @@
 // Trains a learned method from a YAML configuration. See docs/configuration.md.
 #include <CLI/CLI.hpp>
 
+#include <filesystem>
 #include <iostream>
 
 #include "diffsac/estimate/diffsac_model.h"
@@ -99,7 +100,12 @@ diffsac::TrainRequest ReadRequest(const CommandLine& line) {
   return request;
 }
 
-constexpr const char* kResults = "checkpoints/best.safetensors, metrics.csv and report.html are in ";
+/// An imported network has no report.
+void SayResults(const std::string& folder) {
+  std::cout << "results are in " << folder << ": ";
+  if (std::filesystem::exists(folder + "/report.html")) std::cout << "report.html (open it in a browser), ";
+  std::cout << "checkpoints/best.safetensors" << std::endl;
+}
 
 int Run(CommandLine line) {
   if (line.config_path.empty() && !(line.resume && !line.output.empty()))
@@ -117,7 +123,7 @@ int Run(CommandLine line) {
   diffsac::RefuseInputsAsOutputs(outputs, {line.config_path, line.weights});
   if (!line.weights.empty()) {
     diffsac::ImportNetwork(request, line.weights);
-    std::cout << kResults << request.output << std::endl;
+    SayResults(request.output);
     return diffsac::kExitOk;
   }
   const auto group = diffsac::JoinProcessGroup(line.timeout_s);
@@ -127,7 +133,7 @@ int Run(CommandLine line) {
   if (main_process) diffsac::MakeWritableFolder(request.output);
   diffsac::InitLogging(main_process ? request.output + "/log.txt" : "", !main_process);
   const auto outcome = diffsac::Train(request, diffsac::stop_requested);
-  if (main_process) std::cout << kResults << request.output << std::endl;
+  if (main_process) SayResults(request.output);
   return outcome == diffsac::TrainOutcome::kFinished ? diffsac::kExitOk : diffsac::kExitInterrupted;
 }
 
