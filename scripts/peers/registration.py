@@ -226,13 +226,15 @@ def compare(arguments):
 
 
 def scans(arguments):
-    """Of registrations.csv of all pairs of the fragments: how many of each list are right, and how many are no edges of the pose graph."""
+    """Of registrations.csv of pairs of the fragments: how many of each list are right, and how many are no edges of the pose graph."""
     with open(arguments.registrations) as file:
         rows = {(row["second"], row["first"]): row for row in csv.DictReader(file)}
     for benchmark in ("3DMatch", "3DLoMatch"):
         told = {True: [], False: []}
         for i, j, truth in listed(f"{arguments.lists}/data/3DMatch/metadata/benchmarks/{benchmark}/7-scenes-redkitchen/gt.log", 20):
-            row = rows[f"{j:02d}.ply", f"{i:02d}.ply"]
+            row = rows.get((f"{j:02d}.ply", f"{i:02d}.ply"))
+            if row is None:
+                continue
             x, y, z, w = (float(row[name] or 0) for name in ("qx", "qy", "qz", "qw"))
             motion = np.zeros((3, 4))
             motion[:, :3] = np.eye(3) + 2 * np.array([[-y * y - z * z, x * y - z * w, x * z + y * w], [x * y + z * w, -x * x - z * z, y * z - x * w],

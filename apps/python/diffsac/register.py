@@ -94,7 +94,7 @@ def read_matches(path: str) -> Tuple[Floats, Floats, Dict[str, Any]]:
     except (ValueError, EOFError, OSError) as error:
         raise ValueError(f"{path}: {error}") from None
     x, y = (values[:, [names.index(name) for name in side]] for side in (COLUMNS[:3], COLUMNS[3:6]))
-    return x, y, {ours: values[:, names.index(name)] for name, ours in (("score", "scores"), ("ratio", "snn_ratio")) if name in names}
+    return x, y, dict([(ours, values[:, names.index(name)]) for name, ours in (("score", "scores"), ("ratio", "snn_ratio")) if name in names][-1:])
 
 
 def read_cloud(path: str) -> Tuple[Any, int]:
