@@ -8,12 +8,13 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 mapfile -t tables < <(basename -as .yaml configs/tables/*.yaml)
 readonly quick_problems=40
 usage() {
-  echo "usage: scripts/reproduce.sh TABLE...|all [--data DIR] [--again] [--jobs N] [--quick|--verify|--page] [options of diffsac_eval, such as --threads 1, --limit 100]"
+  echo "usage: scripts/reproduce.sh TABLE...|all [--data DIR] [--again] [--train] [--jobs N] [--quick|--verify|--page] [options of diffsac_eval, such as --threads 1, --limit 100]"
   echo "       scripts/reproduce.sh multi_motions|pairs|kitti|data --data DIR"
   echo "       scripts/reproduce.sh scoreboard [--data DIR] [options]"
   echo "tables: ${tables[*]}"
   echo "--data: where image sets (configs/sets.yaml), meshes and scans are; matches go to runs/pairs/ (data_tools/README.md)"
   echo "--again: also tables that were made here already"
+  echo "--train: trains missing networks, minutes to an hour each; without it their rows are left out, or the table fails and names them (--page implies --train)"
   echo "--jobs: N tables side by side, each on one thread; what they print goes to runs/logs/TABLE.log"
   echo "--quick: $quick_problems problems a condition and one seed, in runs/quick/"
   echo "--verify: makes the tables again in runs/verify/; fails where values differ from their pages"
@@ -25,7 +26,7 @@ usage() {
 fail() { echo "reproduce: $*" >&2; exit 1; }
 
 scoreboard=(scoreboard_{essential,fundamental,homography,absolute_pose,line,plane})
-wanted=() options=() only=() effects=() mode="" data="" whole=yes page="" update=--update quick="" verify="" jobs=1
+wanted=() options=() only=() effects=() mode="" data="" whole=yes page="" train="" update=--update quick="" verify="" jobs=1
 while (($#)) && [[ "$1" != -* ]]; do wanted+=("$1"); shift; done
 case "${wanted[*]}${1:-}" in -h | --help) usage; exit ;; "" | -*) usage >&2; exit 1 ;; esac
 case "${wanted[*]}" in
@@ -42,6 +43,7 @@ while (($#)); do
   case "$1" in
     --data) data=${2:-}; if [[ -z "$data" ]]; then fail "--data needs a folder"; fi; shift ;;
     --again) update="" ;;
+    --train) train=--train-missing ;;
     --jobs) jobs=${2:-}; [[ "$jobs" =~ ^[1-9][0-9]*$ ]] || fail "--jobs needs a number of tables"; shift ;;
     --quick) quick=yes whole="" options+=(--limit "$quick_problems") ;;
     --verify) verify=yes ;;
@@ -57,6 +59,7 @@ while (($#)); do
   shift
 done
 if [[ -n "$page" && ( -z "$whole" || -n "$verify" ) ]]; then fail "--page is of whole tables alone, without other options"; fi
+[[ -z "$page" ]] || train=--train-missing   # A page has every row.
 if [[ -n "$mode" && -z "$data" ]]; then fail "$mode needs --data DIR, the folder of the images"; fi
 [[ -z "$data" || "$data" == /* ]] || data=$caller/$data
 [[ -z "$data" || -d "$data" ]] || fail "--data: there is no folder $data"
@@ -102,7 +105,7 @@ make_table() {
   if [[ "$mode" == kitti ]]; then output=(--output "runs/kitti/$1"); fi
   if [[ -n "$quick" ]]; then output=(--output "runs/quick/$1"); fi
   if [[ -n "$verify" ]]; then output=(--output "runs/verify/$1"); fi
-  evaluate "$1" --train-missing $update "${output[@]}" || return
+  evaluate "$1" $train $update "${output[@]}" || return
   # Nothing is here of a table that was skipped.
   local made=runs/${verify:+verify/}$1 code=0
   if [[ -z "$whole" || ! -e "$made/run.json" ]]; then return; fi
