@@ -54,7 +54,8 @@ void AddRunOptions(CLI::App* app, diffsac::EvalRequest* request) {
   app->add_flag("--train-missing", request->train_missing,
                 "Trains networks under runs/ that rows name and that are missing");
   app->add_flag("--rows", request->rows, "Only prints the rows, by their labels");
-  app->add_flag("--needs", request->needs, "Only prints which folders the rows and missing networks read");
+  app->add_flag("--needs", request->needs,
+                "Only prints which folders the rows read, with --train-missing also those of trainings");
   app->add_option("--checkpoint", request->context.checkpoint_override,
                   "Replaces the checkpoint of the rows of its method (default: the rows' own)");
   app->add_option("--methods", request->methods, "Only these rows: a,b,... (default: all)")->delimiter(',');

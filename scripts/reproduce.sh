@@ -144,7 +144,7 @@ make_side_by_side() {
 }
 
 if [[ ${#wanted[@]} -gt 1 && -z "$quick" ]]; then estimate "${wanted[@]}"; fi
-for table in "${wanted[@]}"; do mapfile -t -O "${#only[@]}" only < <(evaluate "$table" --needs); done
+for table in "${wanted[@]}"; do mapfile -t -O "${#only[@]}" only < <(evaluate "$table" $train --needs); done
 if [[ "$mode" == data || ( -n "$data" && ${#only[@]} -gt 0 ) ]]; then
   tool convert.py sets --config configs/sets.yaml --data "$data" --program build/release/bin/diffsac_prepare \
     ${only:+--only "$(IFS=,; echo "${only[*]}")"} ||

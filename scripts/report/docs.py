@@ -223,13 +223,23 @@ def output_of(*words):
     return subprocess.run(words, capture_output=True, text=True, check=False)
 
 
+def paper_rows(table):
+    """Labels of the paper's rows in a table's configuration and in what it includes."""
+    with open(table, encoding="utf-8") as file:
+        given = yaml.safe_load(file)
+    included = given.get("include") or []
+    rows = {*((given.get("report") or {}).get("paper") or {})}
+    for name in [included] if isinstance(included, str) else included:
+        rows |= paper_rows(os.path.join(os.path.dirname(table), name))
+    return rows
+
+
 def rows_of(program, table):
     """The labels of the rows that a table's configuration has, those of the paper included."""
     told = output_of(program, "--config", table, "--rows")
     if told.returncode != 0:
         raise BadInput(f"{table}: {told.stderr.strip() or program}")
-    with open(table, encoding="utf-8") as file:
-        return {*told.stdout.splitlines(), *((yaml.safe_load(file).get("report") or {}).get("paper") or {})}
+    return {*told.stdout.splitlines()} | paper_rows(table)
 
 
 def page_faults(path, page, table, program):

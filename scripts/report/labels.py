@@ -59,7 +59,7 @@ def labels_ply(points, methods, shown, used):
 
 def labels_csv(points, methods, used):
     table = pd.DataFrame({**dict(zip("xyz", points.T)), **methods, **({} if used is None else {"used": used.astype(int)})})
-    return table.to_csv(index=False, lineterminator="\n")
+    return table.to_csv(index=False, lineterminator="\n", float_format="%.9g", na_rep="nan")
 
 
 def _write_example(run, number, folder, names):

@@ -20,7 +20,7 @@ run="$own/runs/scoreboard_line"
 report_python >/dev/null || { echo "skipped: there is no python3 with the modules of scripts/report"; exit 4; }
 run_expecting 0 report "" "$run"
 expect_file "$run"/{effects,strata_inlier_share,strata_points}.png "$run"/{table.md,report.html}
-rows=$(cut -d, -f4 "$run/problems.csv" | sort -u | paste -sd,)
+rows=$(cut -d, -f5 "$run/problems.csv" | sort -u | paste -sd,)
 [[ "$rows" == "count_20,count_200,method,msac_20,msac_200,oracle" ]] || fail "the rows are $rows"
 
 # Each stratum's problems are those of problems.csv, and together they are all.

@@ -125,7 +125,7 @@ bool MakeReady(const EvalRequest& request, const std::atomic<bool>& stop, Experi
                std::ostream& out, int* code) {
   *code = kExitOk;
   if (request.needs) {
-    for (const std::string& folder : NeededFolders(*experiment)) out << folder << "\n";
+    for (const std::string& folder : NeededFolders(*experiment, request.train_missing)) out << folder << "\n";
     return false;
   }
   if (request.train_missing && !TrainNetworks(MissingNetworks(*experiment), request.training_device, stop)) {

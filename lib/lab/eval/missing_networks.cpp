@@ -104,8 +104,9 @@ std::vector<MissingNetwork> MissingNetworks(const ExperimentOptions& experiment,
   return networks;
 }
 
-std::vector<std::string> NeededFolders(const ExperimentOptions& experiment, const std::string& configs) {
+std::vector<std::string> NeededFolders(const ExperimentOptions& experiment, bool trained, const std::string& configs) {
   std::vector<std::string> folders = DataPaths(experiment);
+  if (!trained) return folders;
   for (const MissingNetwork& network : MissingNetworks(experiment, configs))
     if (!network.config.empty()) CollectRunPaths(*ConfigFromFile(network.config).impl_->Get(), &folders);
   return folders;

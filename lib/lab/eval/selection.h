@@ -43,9 +43,10 @@ struct MissingNetwork {
 std::vector<MissingNetwork> MissingNetworks(const ExperimentOptions& experiment,
                                             const std::string& configs = "configs");
 
-/// What an experiment reads and can be prepared: the folders of its data, and those below runs/ that the trainings of
-/// missing networks read.
-std::vector<std::string> NeededFolders(const ExperimentOptions& experiment, const std::string& configs = "configs");
+/// What an experiment reads and can be prepared: the folders of its data and, where they are to be `trained`, those
+/// below runs/ that the trainings of missing networks read.
+std::vector<std::string> NeededFolders(const ExperimentOptions& experiment, bool trained,
+                                       const std::string& configs = "configs");
 
 /// Trains them one after the other with the program beside this one, each where an earlier run of its stopped; the
 /// programs' output goes to runs/NAME.log. A network that cannot be trained is warned of. A training ends with this

@@ -31,8 +31,9 @@ methods:
   CHECK(networks[0].config == folder.File("configs/of_net.yaml"));
   CHECK(networks[1].name == "nobody");
   CHECK(networks[1].config.empty());
-  CHECK(NeededFolders(experiment, folder.File("configs")) ==
+  CHECK(NeededFolders(experiment, true, folder.File("configs")) ==
         std::vector<std::string>{"runs/pairs/test", "runs/pairs/train/fox"});
+  CHECK(NeededFolders(experiment, false, folder.File("configs")) == std::vector<std::string>{"runs/pairs/test"});
   const std::atomic<bool> stop{false};
   CHECK(TrainNetworks({networks[1]}, "cpu", stop));  // Only a warning.
 }
