@@ -51,10 +51,6 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--every", choice.every, "Use only every so many images");
   app->add_option("--pairs-file", choice.pairs_file,
                   "A text file with the names of two images in each line (default: all pairs)");
-  app->add_option("--turn", choice.turn_deg, "Only cameras turned by so many degrees, least and greatest, as 15,60")
-      ->delimiter(',');
-  app->add_option("--random-pairs", choice.random_pairs, "So many pairs drawn at random, always the same; 0: all");
-  app->add_option("--min-motion", request->min_motion, "Leave out pairs of cameras less far apart, in the poses' unit");
   diffsac::GivenCalibration& calibration = request->calibration;
   app->add_option("--calibration", calibration.file, "images: a file with the 3x3 matrix K of all images");
   app->add_option("--focal", calibration.focal, "images: focal length of all images, in pixels")

@@ -49,14 +49,10 @@ struct PairChoice {
       steps;  ///< A scene <name>_step_<step> for each: the pairs (i, i + step) of used images. Empty: all pairs.
   /// A text file with the names of two images in each line (with or without extension and folder); empty: all pairs.
   std::string pairs_file;
-  /// Only pairs whose cameras are turned against each other by these degrees, least and greatest; empty: any.
-  std::vector<double> turn_deg = {};
-  /// So many of the pairs, drawn at random (the same every time); 0: all.
-  int random_pairs = 0;
   /// Whether it says which pairs there are, not which of all are left out.
   bool HasPairs() const { return !steps.empty() || !pairs_file.empty(); }
   /// Whether every image that there is is used, in all the pairs that the source has.
-  bool IsAll() const { return every == 1 && !HasPairs() && turn_deg.empty() && random_pairs == 0; }
+  bool IsAll() const { return every == 1 && !HasPairs(); }
 };
 
 /// Calibration of images that come without one.
@@ -102,10 +98,6 @@ void ChoosePairs(const PairChoice& choice, const std::string& folder, ImageSourc
 /// The image files that a list of pairs names (PairChoice::pairs_file), each once: of the list's folder where there is
 /// such a file. Throws Error.
 std::vector<std::string> ImagesOfList(const std::string& path);
-
-/// Leaves out pairs whose cameras are less than `min_motion` apart, in the unit of the poses; 0 leaves out none. Throws
-/// Error: a source without poses, no pairs left in a scene.
-void RequireMotion(double min_motion, const std::string& folder, ImageSource* source);
 
 /// The folder in which programs draw pictures unless they are given a name.
 inline constexpr const char* kPictureFolder = "diffsac_pictures";

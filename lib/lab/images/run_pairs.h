@@ -17,7 +17,6 @@ struct PairsRequest {
   std::string scene;             ///< Replaces the name of a single scene; empty: the source's.
   std::string sequence;          ///< Of KITTI.
   PairChoice choice;             ///< KITTI: steps, {1} when empty.
-  double min_motion = 0.0;       ///< RequireMotion.
   GivenCalibration calibration;  ///< Of images.
   bool ratios = false;           ///< Of colmap_database: match_conf.h5 from the descriptors.
   PrepareOptions options;
