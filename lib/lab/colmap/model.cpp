@@ -7,7 +7,6 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
-#include <initializer_list>
 #include <map>
 #include <string_view>
 
@@ -65,31 +64,6 @@ class BinaryReader {
   std::string path_, content_;
   std::uint64_t position_ = 0;
 };
-
-// A camera from COLMAP's, whose first pixel has its centre at (0.5, 0.5). Throws Error beginning with `place`.
-LensCamera CameraOfColmap(const ColmapCamera& colmap, const std::string& place) {
-  const ColmapLens lens(colmap, place);
-  LensCamera camera;
-  camera.K = lens.K();
-  camera.size = colmap.size;
-  camera.colmap = colmap;
-  const std::string model = ColmapModelName(colmap.model).value();
-  // Parameters behind the centre, which Brown's lens has under the same names and in the same order.
-  const std::vector<double>& p = colmap.parameters;
-  const auto extra = [&](std::size_t first, std::initializer_list<double*> into) {
-    for (double* value : into) *value = p.at(first++);
-  };
-  if (model == "SIMPLE_RADIAL") {
-    extra(3, {&camera.k1});
-  } else if (model == "RADIAL") {
-    extra(3, {&camera.k1, &camera.k2});
-  } else if (model == "OPENCV") {
-    extra(4, {&camera.k1, &camera.k2, &camera.p1, &camera.p2});
-  } else if (model != "SIMPLE_PINHOLE" && model != "PINHOLE") {
-    camera.lens = lens;
-  }
-  return camera;
-}
 
 // World-to-camera, of QW QX QY QZ TX TY TZ; none where the quaternion is no rotation or a value is not finite.
 std::optional<RigidMotion> PoseOfColmap(const double* values) {

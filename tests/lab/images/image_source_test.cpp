@@ -26,11 +26,12 @@ std::string KittiFolder(const TemporaryFolder& folder) {
 
 TEST_CASE("distortion and its removal are inverse") {
   LensCamera camera;
-  camera.K = Calibration(800, 810, 320, 240);
   Rng rng(1);
   for (int round = 0; round < 3; ++round) {
-    if (round > 0) camera.k1 = -0.1, camera.k2 = 0.02;
-    if (round > 1) camera.p1 = 1e-3, camera.p2 = -2e-3;
+    ColmapCamera colmap{4, {640, 480}, {800, 810, 320.5, 240.5, 0, 0, 0, 0}};
+    if (round > 0) colmap.parameters[4] = -0.1, colmap.parameters[5] = 0.02;
+    if (round > 1) colmap.parameters[6] = 1e-3, colmap.parameters[7] = -2e-3;
+    camera = CameraOfColmap(colmap, "here");
     for (int i = 0; i < 100; ++i) {
       const Eigen::Vector2d pixel(rng.Uniform(0, 640), rng.Uniform(0, 480));
       CHECK((camera.Distort(camera.Undistort(pixel)) - pixel).norm() < 1e-8);
@@ -125,11 +126,11 @@ TEST_CASE("COLMAP: world-to-camera quaternions, its pixels, lines without points
   CHECK(source.images[0].name == "a_1");
   CHECK(source.images[0].path == root + "/images/a-1.jpg");
   CHECK(source.images[0].pose->rotation == Eigen::Matrix3d::Identity());
-  CHECK(source.images[0].camera->p2 == 0.4);
+  CHECK(source.images[0].camera->colmap->parameters.back() == 0.4);
   CHECK(source.images[0].camera->K == Calibration(500, 510, 4.5, 3.5));
   const LensCamera& camera = *source.images[1].camera;
   CHECK(camera.K == Calibration(500, 500, 4.5, 3.5));
-  CHECK(camera.k1 == -0.03);
+  CHECK(camera.colmap->parameters.back() == -0.03);
   CHECK(camera.size == ImageSize{10, 8});
   // A turn about z by 2 acos 0.6, sin = 0.96.
   CHECK(source.images[1].pose->rotation(1, 0) == Approx(0.96));

@@ -64,9 +64,7 @@ void WriteKitti(const Views& views, const std::string& root) {
 
 void WriteColmap(const Views& views, const std::string& root) {
   fs::create_directories(root + "/images");
-  LensCamera camera = PlainCamera();
-  camera.K = Calibration(300, 300, 158, 121);
-  camera.k1 = -0.15;
+  const LensCamera camera = CameraOfColmap({2, {320, 240}, {300, 158.5, 121.5, -0.15}}, root);
   const std::vector<std::string> names = {"im-0.png", "im-1.png", "im-2.png"};
   for (int i = 0; i < 3; ++i) views.Write(root + "/images/" + names[i], i, camera);
   WriteColmapModel(root, "SIMPLE_RADIAL 320 240 300 158.5 121.5 -0.15", names, views.poses);
