@@ -116,11 +116,6 @@ std::string FolderName(const std::string& folder);
 /// Adds what `read` returns as the image of the next frame, or, when it throws Error or the
 /// calibration is none, the image to those left out.
 void AddImage(const std::string& name, const std::function<SourceImage()>& read, ImageSource* source);
-/// The motion with the nearest rotation in place of what is one within 1 %. Throws Error, starting with `place`, where
-/// it is not, or not finite.
-RigidMotion SoundMotion(RigidMotion motion, const std::string& place);
-/// A camera-to-world matrix, twelve or sixteen numbers row by row, inverted. Throws Error as SoundMotion does.
-RigidMotion WorldToCamera(const std::vector<double>& values, const std::string& place);
 /// "<name>_step_05".
 std::string StepName(const std::string& name, int step);
 /// K of a file: nine numbers row by row, with commas and brackets or without; NumPy's .npy; a JSON file, where it may

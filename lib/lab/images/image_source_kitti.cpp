@@ -1,3 +1,5 @@
+#include <Eigen/LU>
+#include <Eigen/SVD>
 #include <charconv>
 #include <filesystem>
 
@@ -36,6 +38,24 @@ struct PoseLine {
   std::string problem;  // empty: none
 };
 
+// World-to-camera, of a camera-to-world matrix row by row; the nearest rotation in place of what is one within 1 %.
+RigidMotion PoseOf(const std::vector<double>& values, const std::string& place) {
+  constexpr double kTolerance = 0.01, kRounding = 1e-6;
+  if (values.size() != 12) throw Error(place + ": expected 12 numbers, found " + std::to_string(values.size()));
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(values.data());
+  if (!rows.allFinite()) throw Error(place + ": the pose is not finite");
+  RigidMotion to_world{rows.leftCols<3>(), rows.col(3)};
+  const Eigen::Matrix3d square = to_world.rotation * to_world.rotation.transpose();
+  if (!square.isApprox(Eigen::Matrix3d::Identity(), kTolerance) || to_world.rotation.determinant() < 0.0)
+    throw Error(place + ": the pose holds no rotation");
+  // Few digits, or a tracker that drifted: an essential matrix needs the rotation that is meant.
+  if (!square.isApprox(Eigen::Matrix3d::Identity(), kRounding)) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(to_world.rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    to_world.rotation = svd.matrixU() * svd.matrixV().transpose();
+  }
+  return Inverse(to_world);
+}
+
 // A line that makes no sense costs its frame alone.
 std::vector<PoseLine> ReadPoseLines(const std::string& path) {
   const std::string text = ReadTextFile(path);
@@ -50,8 +70,7 @@ std::vector<PoseLine> ReadPoseLines(const std::string& path) {
       std::vector<double> values(words.size());
       for (std::size_t i = 0; i < words.size(); ++i)
         if (!ParseNumber(words[i], &values[i])) throw Error(place + ": '" + std::string(words[i]) + "' is no number");
-      if (values.size() != 12) throw Error(place + ": expected 12 numbers, found " + std::to_string(values.size()));
-      parsed.pose = WorldToCamera(values, place);
+      parsed.pose = PoseOf(values, place);
     } catch (const Error& error) {
       parsed.problem = error.what();
     }
