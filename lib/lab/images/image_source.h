@@ -45,10 +45,10 @@ struct ImageSource {
 /// Which images and pairs of a source are used.
 struct PairChoice {
   int every = 1;  ///< Only every so many images, from the first.
-  std::vector<int>
-      steps;  ///< A scene <name>_step_<step> for each: the pairs (i, i + step) of used images. Empty: all pairs.
+  /// A scene <name>_step_<step> for each: the pairs (i, i + step) of used images. Empty: all pairs.
+  std::vector<int> steps = {};
   /// A text file with the names of two images in each line (with or without extension and folder); empty: all pairs.
-  std::string pairs_file;
+  std::string pairs_file = {};
   /// Whether it says which pairs there are, not which of all are left out.
   bool HasPairs() const { return !steps.empty() || !pairs_file.empty(); }
   /// Whether every image that there is is used, in all the pairs that the source has.
@@ -73,8 +73,9 @@ struct GivenCalibration {
 
 /// KITTI odometry (Geiger et al., "Are we ready for autonomous driving?", CVPR 2012) in the official layout:
 /// `sequences/<sequence>/image_0/%06d.png` and `calib.txt` (P0), `poses/<sequence>.txt`, camera-to-world, a line a
-/// frame. A scene for each step, kitti_<sequence>_step_<step>: the pairs (i, i + step).
-ImageSource ReadKitti(const std::string& root, const std::string& sequence, const std::vector<int>& steps);
+/// frame. A scene for each step, kitti_<sequence>_step_<step>: the pairs (i, i + step); of step 1 where no pairs are
+/// chosen.
+ImageSource ReadKitti(const std::string& root, const std::string& sequence, PairChoice choice = {});
 
 /// A COLMAP model (cameras.txt and images.txt, or where there are none cameras.bin and images.bin; in the folder
 /// itself, in colmap_ground_truth, sparse/0 or sparse) beside `images/`; every camera model of ColmapLens. All pairs.

@@ -90,13 +90,12 @@ int FrameNumber(const std::string& path) {
 
 }  // namespace
 
-ImageSource ReadKitti(const std::string& root, const std::string& sequence, const std::vector<int>& steps) {
+ImageSource ReadKitti(const std::string& root, const std::string& sequence, PairChoice choice) {
   const fs::path folder = fs::path(root) / "sequences" / sequence;
   const std::string pose_path = (fs::path(root) / "poses" / (sequence + ".txt")).string();
   const LensCamera camera = ReadCalibration((folder / "calib.txt").string());
   const std::vector<PoseLine> poses = ReadPoseLines(pose_path);
   ImageSource source;
-  std::vector<int> image_of_frame(poses.size(), -1);
   for (const std::string& path : ListImages((folder / "image_0").string())) {
     int frame = -1;
     const auto read = [&] {
@@ -107,38 +106,22 @@ ImageSource ReadKitti(const std::string& root, const std::string& sequence, cons
     };
     const std::size_t before = source.images.size();
     AddImage(ImageName(path), read, &source);
-    if (source.images.size() == before) continue;
-    source.images.back().frame = frame;
-    image_of_frame[frame] = static_cast<int>(before);
+    if (source.images.size() > before) source.images.back().frame = frame;
   }
-  if (steps.empty()) throw Error("steps: expected at least one");
-  for (int step : steps) {
-    if (step < 1) throw Error("steps: expected positive numbers, found " + std::to_string(step));
-    SourceScene scene{StepName("kitti_" + sequence, step), {}};
-    for (int i = 0; i + step < static_cast<int>(poses.size()); ++i)
-      if (image_of_frame[i] >= 0 && image_of_frame[i + step] >= 0)
-        scene.pairs.push_back({image_of_frame[i], image_of_frame[i + step], {}});
-    source.scenes.push_back(std::move(scene));
-  }
-  CheckSource(source, folder.string());
+  source.scenes.push_back({"kitti_" + sequence, {}});
+  if (!choice.HasPairs()) choice.steps = {1};
+  ChoosePairs(choice, folder.string(), &source);
   return source;
 }
 
 namespace {
 
-// The reader knows its frames' numbers, so it takes the steps itself.
-ImageSource ReadKittiPairs(const PairsRequest& request) {
-  if (request.choice.every != 1) throw Error("--every: KITTI's pairs are chosen by --steps or --pairs-file");
-  const std::vector<int>& steps = request.choice.steps;
-  ImageSource source = ReadKitti(request.input, request.sequence, steps.empty() ? std::vector<int>{1} : steps);
-  if (request.choice.pairs_file.empty()) return source;
-  if (!steps.empty()) throw Error("--steps and --pairs-file exclude each other");
-  source.scenes[0].name = "kitti_" + request.sequence;
-  ChoosePairs(request.choice, request.input, &source);
-  return source;
-}
-
-const Registered<ImageFormat> kKitti("kitti", {.read = ReadKittiPairs, .takes_sequence = true, .chooses_pairs = true});
+const Registered<ImageFormat> kKitti("kitti", {.read =
+                                                   [](const PairsRequest& request) {
+                                                     return ReadKitti(request.input, request.sequence, request.choice);
+                                                   },
+                                               .takes_sequence = true,
+                                               .chooses_pairs = true});
 
 }  // namespace
 

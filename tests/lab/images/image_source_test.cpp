@@ -62,7 +62,7 @@ TEST_CASE("numbers in text files") {
 TEST_CASE("KITTI: camera-to-world poses, pairs by step, frames that are missing") {
   TemporaryFolder folder;
   const std::string root = KittiFolder(folder);
-  const ImageSource source = ReadKitti(root, "03", {1, 2, 3});
+  const ImageSource source = ReadKitti(root, "03", {1, {1, 2, 3}});
   REQUIRE(source.images.size() == 3);
   CHECK(source.images[2].name == "000003");
   CHECK(source.images[0].camera->K == Calibration(700, 701, 600, 180));
@@ -77,22 +77,21 @@ TEST_CASE("KITTI: camera-to-world poses, pairs by step, frames that are missing"
   CHECK((source.scenes[1].pairs[0].image1 == 1 && source.scenes[1].pairs[0].image2 == 2));
 
   const auto error = [&](const std::vector<int>& steps = {1}) {
-    return ErrorOf([&] { ReadKitti(root, "03", steps); });
+    return ErrorOf([&] { ReadKitti(root, "03", {1, steps}); });
   };
   CHECK(Has(error({7}), "kitti_03_step_07"));
   CHECK(Has(error({0}), "positive"));
-  CHECK(Has(error({}), "at least one"));
-  CHECK(Has(ErrorOf([&] { ReadKitti(root, "99", {1}); }), "99"));
+  CHECK(Has(ErrorOf([&] { ReadKitti(root, "99"); }), "99"));
   WriteSmall(root + "/sequences/03/image_0/000009.png");
   // A frame without a pose, or with one that makes no sense, is left out.
-  const ImageSource more = ReadKitti(root, "03", {1});
+  const ImageSource more = ReadKitti(root, "03");
   CHECK(more.images.size() == 3);
   REQUIRE(more.left_out.size() == 1);
   CHECK(Has(more.left_out[0].problem, "no pose for"));
   std::filesystem::remove(root + "/sequences/03/image_0/000009.png");
   const std::string good = "0 -1 0 0 1 0 0 2 0 0 1 3\n", broken = "nan -1 0 0 1 0 0 2 0 0 1 3\n";
   WriteRaw(root + "/poses/03.txt", broken + good + good + good);
-  const ImageSource fewer = ReadKitti(root, "03", {2});
+  const ImageSource fewer = ReadKitti(root, "03", {1, {2}});
   CHECK(fewer.images.size() == 2);
   REQUIRE(fewer.left_out.size() == 1);
   CHECK(fewer.left_out[0].name == "000000");

@@ -255,7 +255,6 @@ TEST_CASE("mistakes of a request are named before the work") {
   CHECK(Has(error([](auto& r) { r.input += "/nowhere"; }), "nowhere"));
   WriteRaw(folder / "file", "x");
   CHECK(Has(error([&](auto& r) { r.output = folder / "file/out"; }), "file"));
-  CHECK(Has(error([](auto& r) { r.choice.every = 2; }), "--every"));
   CHECK(Has(error([](auto& r) { r.calibration.focal = 2; }), "has its own"));
   CHECK(Has(error([](auto& r) { r.format = "images"; }), "--sequence"));
   CHECK(Has(error([](auto& r) { r.options.import_descriptors = "nowhere.h5"; }), "nowhere.h5: no such file"));
@@ -323,7 +322,7 @@ TEST_CASE("scenes that are there stay, and an interrupted preparation goes on wi
   // taken from their file, it would be left out.
   request.options = {};
   request.output = folder / "again";
-  const ImageSource source = ReadKitti(request.input, "07", {1, 2});
+  const ImageSource source = ReadKitti(request.input, "07", {1, {1, 2}});
   const FeatureCache cache(request.output + "/.keypoints-kitti_07_step_01", request.options.features);
   for (const SourceImage& image : source.images)
     cache.Write(image.name, image.path, ExtractRawFeatures(image.path, request.options.features));

@@ -104,7 +104,7 @@ TEST_CASE("real data: KITTI's poses explain its matches") {
   const std::string folder = SharedFolder("kitti");
   if (folder.empty()) return;
   for (const char* sequence : {"00", "01"}) {
-    const ImageSource source = ReadKitti(folder, sequence, {1, 2, 5, 10});
+    const ImageSource source = ReadKitti(folder, sequence, {1, {1, 2, 5, 10}});
     REQUIRE(source.scenes.size() == 4);
     CHECK(source.scenes[0].pairs.size() + 1 == source.images.size());
     CHECK(source.scenes[3].pairs.size() + 10 == source.images.size());
