@@ -177,12 +177,20 @@ PrepareResult WriteColmapDatabase(const PairsRequest& request, const std::atomic
     if (!calibrated)
       LogInfo(request.input + ": " + std::to_string(scene->pairs.size()) +
               " pairs of cameras without a prior focal length: for task fundamental");
-    WriteScene(
-        request,
-        name + (!mixed       ? ""
-                : calibrated ? "_calibrated"
-                             : "_uncalibrated"),
-        [&] { return scene->Read(); }, stop, &result);
+    const char* suffix = !mixed ? "" : calibrated ? "_calibrated" : "_uncalibrated";
+    const std::string folder = (fs::path(request.output) / (name + suffix)).string();
+    RefuseInputsInScene(request, folder);
+    if (!request.options.overwrite && fs::exists(fs::path(folder) / "matches.h5")) {
+      LogInfo(folder + ": already there");
+      result.already_there += 1;
+      continue;
+    }
+    const CorrespondenceSet set = scene->Read();
+    result.finished = !stop;
+    if (stop) continue;
+    WriteCorrespondences(folder, set);
+    LogInfo(folder + ": " + std::to_string(set.pairs.size()) + " pairs");
+    result.written += 1;
   }
   return result;
 }
