@@ -167,13 +167,12 @@ Vector2d ColmapLens::Distort(const Vector2d& pixel) const {
 
 std::optional<Vector2d> ColmapLens::Undistort(const Vector2d& pixel) const {
   if (straight_) return pixel;
-  constexpr double kStep = 1e-6, kDone = 1e-13;
+  constexpr double kStep = 1e-6, kDone = 1e-10;
   const Vector2d seen = (K_.inverse() * pixel.homogeneous()).hnormalized();
   // Newton's method, with differences for derivatives.
   Vector2d point = seen;
   for (int i = 0; i < 100; ++i) {
     const Vector2d residual = DistortNormalized(point) - seen;
-    if (residual.norm() < kDone) return (K_ * point.homogeneous()).hnormalized();
     Eigen::Matrix2d jacobian;
     for (int c = 0; c < 2; ++c) {
       const Vector2d step = kStep * Vector2d::Unit(c);
@@ -182,6 +181,8 @@ std::optional<Vector2d> ColmapLens::Undistort(const Vector2d& pixel) const {
     // Where the lens folds the image over, there is no way back.
     if (!(jacobian.determinant() > 0.0)) return std::nullopt;
     point -= jacobian.inverse() * residual;
+    // That was one step more than it takes.
+    if (residual.norm() < kDone) return (K_ * point.homogeneous()).hnormalized();
   }
   return std::nullopt;
 }
