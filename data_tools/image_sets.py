@@ -13,7 +13,7 @@ from common import BadInput, need
 HERE = pathlib.Path(__file__).resolve().parent
 DESCRIBED = ("rootsift", "orb")
 # Keys that are options of `diffsac_prepare pairs`, by the option's name; the others say what is done with it.
-OPTIONS = {"sequence": "sequence", "steps": "steps", "every": "every", "pairs_file": "pairs-file", "turn_deg": "turn", "random_pairs": "random-pairs",
+OPTIONS = {"sequence": "sequence", "steps": "steps", "every": "every", "pairs_file": "pairs-file",
            "max_keypoints": "max-keypoints", "max_image_size": "max-image-size", "max_pairs": "max-pairs", "min_true_matches": "min-true-matches",
            "max_disagreement_deg": "max-disagreement", "true_share": "true-share", "true_match_px": "true-match-px", "features": "features"}
 OTHERS = ("name", "input", "needs", "convert", "format", "output", "scene", "scenes", "described", "focal", "center", "import_descriptors", "thumbnails",

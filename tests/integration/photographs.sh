@@ -33,7 +33,7 @@ for a, b in zip(pair["model"], (row[f"m{i}{j}"] for i in "123" for j in "123")):
     assert abs(a - float(b)) <= 1e-8 * max(1, abs(a)), (a, b)
 END
 # Results stay unless that is said; a list, a K for each image, another folder.
-expect_error 'holds results already; --overwrite' pair "$photos" --output "$out" --task homography
+expect_error 'holds results already .*--overwrite' pair "$photos" --output "$out" --task homography
 printf 'v-0.pgm v-1.pgm\nv-2.pgm v-1.pgm\n' >"$photos/pairs.txt"
 run_expecting 0 pair --list "$photos/pairs.txt" --output "$out" --overwrite --task homography --threads 1
 (($(wc -l <"$out/poses.csv") == 3)) || fail "not the pairs of the list"

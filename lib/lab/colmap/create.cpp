@@ -35,13 +35,9 @@ void AddCameras(const SqliteDatabase& database, const std::vector<ColmapCamera>&
                          "VALUES(?, ?, ?, ?, ?, ?)");
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const ColmapCamera& camera = cameras[i];
-    insert.Bind(1, static_cast<std::int64_t>(i) + 1);
-    insert.Bind(2, std::int64_t{camera.model});
-    insert.Bind(3, std::int64_t{camera.size.width});
-    insert.Bind(4, std::int64_t{camera.size.height});
-    insert.Bind(5, BytesOf(camera.parameters));
-    insert.Bind(6, std::int64_t{camera.has_prior_focal_length});
-    insert.Step();
+    insert.Run(static_cast<std::int64_t>(i) + 1, std::int64_t{camera.model}, std::int64_t{camera.size.width},
+               std::int64_t{camera.size.height}, BytesOf(camera.parameters),
+               std::int64_t{camera.has_prior_focal_length});
   }
 }
 
@@ -52,20 +48,14 @@ void AddKeypoints(const SqliteDatabase& database, std::int64_t id, const NewColm
   rows.col(2) = image.frames.col(0).array().exp().matrix().cast<float>();
   rows.col(3) = image.frames.col(1).cast<float>();
   SqliteStatement insert(database, "INSERT INTO keypoints(image_id, rows, cols, data) VALUES(?, ?, 4, ?)");
-  insert.Bind(1, id);
-  insert.Bind(2, rows.rows());
-  insert.Bind(3, BytesOf(rows));
-  insert.Step();
+  insert.Run(id, std::int64_t{rows.rows()}, BytesOf(rows));
 }
 
 void AddImages(const SqliteDatabase& database, const std::vector<NewColmapImage>& images) {
   SqliteStatement insert(database, "INSERT INTO images(image_id, name, camera_id) VALUES(?, ?, ?)");
   for (std::size_t i = 0; i < images.size(); ++i) {
     const auto id = static_cast<std::int64_t>(i) + 1;
-    insert.Bind(1, id);
-    insert.BindText(2, images[i].name);
-    insert.Bind(3, static_cast<std::int64_t>(images[i].camera) + 1);
-    insert.Step();
+    insert.Run(id, images[i].name, static_cast<std::int64_t>(images[i].camera) + 1);
     AddKeypoints(database, id, images[i]);
   }
 }
@@ -74,10 +64,7 @@ void AddMatches(const SqliteDatabase& database, const std::map<ColmapPair, Match
   SqliteStatement insert(database, "INSERT INTO matches(pair_id, rows, cols, data) VALUES(?, ?, 2, ?)");
   for (const auto& [pair, rows] : matches) {
     const Eigen::Matrix<std::uint32_t, Eigen::Dynamic, 2, Eigen::RowMajor> unsigned_rows = rows.cast<std::uint32_t>();
-    insert.Bind(1, PairId(pair));
-    insert.Bind(2, unsigned_rows.rows());
-    insert.Bind(3, BytesOf(unsigned_rows));
-    insert.Step();
+    insert.Run(PairId(pair), std::int64_t{unsigned_rows.rows()}, BytesOf(unsigned_rows));
   }
 }
 

@@ -160,6 +160,7 @@ Vector2d ColmapLens::DistortNormalized(const Vector2d& p) const {
 }
 
 Vector2d ColmapLens::Distort(const Vector2d& pixel) const {
+  if (straight_) return pixel;
   const Vector2d point = (K_.inverse() * pixel.homogeneous()).hnormalized();
   return (K_ * DistortNormalized(point).homogeneous()).hnormalized();
 }
@@ -172,7 +173,6 @@ std::optional<Vector2d> ColmapLens::Undistort(const Vector2d& pixel) const {
   Vector2d point = seen;
   for (int i = 0; i < 100; ++i) {
     const Vector2d residual = DistortNormalized(point) - seen;
-    if (residual.norm() < kDone) return (K_ * point.homogeneous()).hnormalized();
     Eigen::Matrix2d jacobian;
     for (int c = 0; c < 2; ++c) {
       const Vector2d step = kStep * Vector2d::Unit(c);
@@ -181,43 +181,19 @@ std::optional<Vector2d> ColmapLens::Undistort(const Vector2d& pixel) const {
     // Where the lens folds the image over, there is no way back.
     if (!(jacobian.determinant() > 0.0)) return std::nullopt;
     point -= jacobian.inverse() * residual;
+    // That was one step more than it takes.
+    if (residual.norm() < kDone) return (K_ * point.homogeneous()).hnormalized();
   }
   return std::nullopt;
 }
 
-namespace {
-
-// What distortion adds to a point in coordinates K⁻¹ x.
-Eigen::Vector2d Shift(const LensCamera& camera, const Eigen::Vector2d& point) {
-  const double x = point.x(), y = point.y(), r2 = point.squaredNorm();
-  const double radial = camera.k1 * r2 + camera.k2 * r2 * r2;
-  return {x * radial + 2.0 * camera.p1 * x * y + camera.p2 * (r2 + 2.0 * x * x),
-          y * radial + 2.0 * camera.p2 * x * y + camera.p1 * (r2 + 2.0 * y * y)};
+Vector2d LensCamera::Undistort(const Vector2d& pixel) const {
+  return lens ? lens->Undistort(pixel).value_or(Vector2d::Constant(std::nan(""))) : pixel;
 }
 
-}  // namespace
-
-bool LensCamera::IsStraight() const { return !lens && k1 == 0.0 && k2 == 0.0 && p1 == 0.0 && p2 == 0.0; }
-
-Eigen::Vector2d LensCamera::Undistort(const Eigen::Vector2d& pixel) const {
-  if (lens) return lens->Undistort(pixel).value_or(Eigen::Vector2d::Constant(std::nan("")));
-  if (IsStraight()) return pixel;
-  const Eigen::Vector2d seen = (K.inverse() * pixel.homogeneous()).hnormalized();
-  // A fixed point, which usual lenses reach in a few rounds.
-  Eigen::Vector2d point = seen;
-  for (int i = 0; i < 100; ++i) {
-    const Eigen::Vector2d next = seen - Shift(*this, point);
-    const bool done = (next - point).norm() < 1e-14;
-    point = next;
-    if (done) break;
-  }
-  return (K * point.homogeneous()).hnormalized();
-}
-
-Eigen::Vector2d LensCamera::Distort(const Eigen::Vector2d& pixel) const {
-  if (lens) return lens->Distort(pixel);
-  const Eigen::Vector2d point = (K.inverse() * pixel.homogeneous()).hnormalized();
-  return (K * (point + Shift(*this, point)).homogeneous()).hnormalized();
+LensCamera CameraOfColmap(const ColmapCamera& camera, const std::string& place) {
+  const ColmapLens lens(camera, place);
+  return {lens.K(), camera.size, lens, camera};
 }
 
 }  // namespace diffsac

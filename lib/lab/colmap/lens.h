@@ -27,6 +27,8 @@ class ColmapLens {
   ColmapLens(const ColmapCamera& camera, const std::string& place);
 
   const Eigen::Matrix3d& K() const { return K_; }
+  /// Whether the lens bends nothing.
+  bool IsStraight() const { return straight_; }
 
   /// From where a pixel is seen to where a camera without distortion, of the same K, would see it. Nothing where no
   /// such camera could: a fisheye's rays beyond 90°, pixels that the distortion reaches from nowhere.
@@ -43,21 +45,23 @@ class ColmapLens {
   bool straight_ = true;  // all of them are zero
 };
 
-/// A pinhole camera behind a lens with radial and tangential distortion (Brown, "Close-range camera calibration",
-/// 1971), or behind another of COLMAP's. Pixel centres have whole coordinates: the first one is (0, 0).
+/// A pinhole camera, behind one of COLMAP's lenses where it has one. Pixel centres have whole coordinates: the first
+/// one is (0, 0).
 struct LensCamera {
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
-  double k1 = 0.0, k2 = 0.0, p1 = 0.0, p2 = 0.0;
-  ImageSize size;                           ///< Zero when the source gives none.
-  std::optional<ColmapLens> lens = {};      ///< In place of k1 to p2: fisheyes and others that these do not describe.
+  ImageSize size;  ///< Zero when the source gives none.
+  std::optional<ColmapLens> lens = {};
   std::optional<ColmapCamera> colmap = {};  ///< As COLMAP has it, where it comes from there.
 
   /// Whether the lens bends nothing.
-  bool IsStraight() const;
+  bool IsStraight() const { return !lens || lens->IsStraight(); }
   /// From where a pixel is seen to where it would be seen without distortion, and back. NaN where no camera without
   /// distortion could see it (ColmapLens::Undistort).
   Eigen::Vector2d Undistort(const Eigen::Vector2d& pixel) const;
-  Eigen::Vector2d Distort(const Eigen::Vector2d& pixel) const;
+  Eigen::Vector2d Distort(const Eigen::Vector2d& pixel) const { return lens ? lens->Distort(pixel) : pixel; }
 };
+
+/// A camera of COLMAP's. Throws Error as ColmapLens does.
+LensCamera CameraOfColmap(const ColmapCamera& camera, const std::string& place);
 
 }  // namespace diffsac

@@ -7,7 +7,6 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
-#include <initializer_list>
 #include <map>
 #include <string_view>
 
@@ -66,40 +65,13 @@ class BinaryReader {
   std::uint64_t position_ = 0;
 };
 
-// A camera from COLMAP's, whose first pixel has its centre at (0.5, 0.5). Throws Error beginning with `place`.
-LensCamera CameraOfColmap(const ColmapCamera& colmap, const std::string& place) {
-  const ColmapLens lens(colmap, place);
-  LensCamera camera;
-  camera.K = lens.K();
-  camera.size = colmap.size;
-  camera.colmap = colmap;
-  const std::string model = ColmapModelName(colmap.model).value();
-  // Parameters behind the centre, which Brown's lens has under the same names and in the same order.
-  const std::vector<double>& p = colmap.parameters;
-  const auto extra = [&](std::size_t first, std::initializer_list<double*> into) {
-    for (double* value : into) *value = p.at(first++);
-  };
-  if (model == "SIMPLE_RADIAL") {
-    extra(3, {&camera.k1});
-  } else if (model == "RADIAL") {
-    extra(3, {&camera.k1, &camera.k2});
-  } else if (model == "OPENCV") {
-    extra(4, {&camera.k1, &camera.k2, &camera.p1, &camera.p2});
-  } else if (model != "SIMPLE_PINHOLE" && model != "PINHOLE") {
-    camera.lens = lens;
-  }
-  return camera;
-}
-
-// World-to-camera, of QW QX QY QZ TX TY TZ; none where the quaternion is no rotation or a value is not finite.
-std::optional<RigidMotion> PoseOfColmap(const double* values) {
+// World-to-camera, of QW QX QY QZ TX TY TZ. Throws Error beginning with `place`.
+RigidMotion PoseOfColmap(const double* values, const std::string& place) {
   const Eigen::Quaterniond quaternion(values[0], values[1], values[2], values[3]);
+  const RigidMotion pose{quaternion.normalized().toRotationMatrix(), {values[4], values[5], values[6]}};
   // Beyond a norm of infinity no rotation is left either.
-  if (!(quaternion.norm() > 0.0) || !std::isfinite(quaternion.norm())) return {};
-  RigidMotion pose;
-  pose.rotation = quaternion.normalized().toRotationMatrix();
-  pose.translation << values[4], values[5], values[6];
-  if (!pose.translation.allFinite()) return {};
+  if (!(quaternion.norm() > 0.0) || !std::isfinite(quaternion.norm()) || !pose.translation.allFinite())
+    throw Error(place + ": expected a pose of finite numbers, with a rotation");
   return pose;
 }
 
@@ -244,11 +216,10 @@ void ReadImagesText(const std::string& path, const std::string& images, const Mo
     if (words.size() < 10) reader.Fail("expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME");
     double v[7];
     for (int i = 0; i < 7; ++i) v[i] = reader.Number(words[1 + i]);
-    const auto pose = PoseOfColmap(v);
-    if (!pose) reader.Fail(reader.After(9) + ": expected a pose of finite numbers, with a rotation");
+    const RigidMotion pose = PoseOfColmap(v, reader.Place() + ": " + reader.After(9));
     const LensCamera& camera = cameras.Of(reader.Whole(words[8]), reader.Place() + ": cameras.txt");
     const std::string file = (fs::path(images) / reader.After(9)).string();
-    return ModelImage{file, camera, *pose};
+    return ModelImage{file, camera, pose};
   };
   while (reader.Next()) {
     const auto words = reader.Words();
@@ -272,9 +243,8 @@ void ReadImagesBinary(const std::string& model, const std::string& images, const
     const std::string file = (fs::path(images) / reader.TakeText()).string();
     reader.Skip(reader.Take<std::uint64_t>(), kPointBytes);
     const auto read = [&] {
-      const auto pose = PoseOfColmap(values);
-      if (!pose) throw Error(path + ": " + file + ": expected a pose of finite numbers, with a rotation");
-      return ModelImage{file, cameras.Of(id, path + ": " + file + ": cameras.bin"), *pose};
+      const RigidMotion pose = PoseOfColmap(values, path + ": " + file);
+      return ModelImage{file, cameras.Of(id, path + ": " + file + ": cameras.bin"), pose};
     };
     use(file, path, read);
   }

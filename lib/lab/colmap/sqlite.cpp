@@ -116,7 +116,7 @@ void SqliteStatement::Bind(int parameter, std::span<const std::byte> blob) {
   Check(sqlite3_bind_blob64(statement_.get(), parameter, data, blob.size(), SQLITE_TRANSIENT));
 }
 
-void SqliteStatement::BindText(int parameter, const std::string& text) {
+void SqliteStatement::Bind(int parameter, const std::string& text) {
   Check(sqlite3_bind_text(statement_.get(), parameter, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT));
 }
 

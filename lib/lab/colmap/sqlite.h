@@ -53,7 +53,15 @@ class SqliteStatement {
   /// Parameter 1, 2, ... of the next run. A blob is copied.
   void Bind(int parameter, std::int64_t value);
   void Bind(int parameter, std::span<const std::byte> blob);
-  void BindText(int parameter, const std::string& text);
+  void Bind(int parameter, const std::string& text);
+
+  /// A run without rows, with these parameters from the first on.
+  template <class... Values>
+  void Run(const Values&... values) {
+    int parameter = 0;
+    (Bind(++parameter, values), ...);
+    Step();
+  }
 
   /// To the next row; false after the last one, and then the statement can run again.
   bool Step();

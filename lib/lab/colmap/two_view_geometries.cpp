@@ -65,17 +65,10 @@ void Write(SqliteStatement* statement, const ColmapGeometry& geometry) {
     if (q.w() < 0.0) rotation = -rotation;
     translation = geometry.motion->translation;
   }
-  statement->Bind(1, PairId(geometry.pair));
-  statement->Bind(2, inliers.rows());
-  statement->Bind(3, std::int64_t{2});
-  statement->Bind(4, BytesOf(inliers));
-  statement->Bind(5, static_cast<std::int64_t>(geometry.configuration));
-  int parameter = 6;
-  for (const Eigen::Matrix3d* matrix : {&geometry.fundamental, &geometry.essential, &geometry.homography})
-    statement->Bind(parameter++, BytesOf(RowMajor3(*matrix)));
-  statement->Bind(9, BytesOf(rotation));
-  statement->Bind(10, BytesOf(translation));
-  statement->Step();
+  const RowMajor3 F = geometry.fundamental, E = geometry.essential, H = geometry.homography;
+  statement->Run(PairId(geometry.pair), std::int64_t{inliers.rows()}, std::int64_t{2}, BytesOf(inliers),
+                 static_cast<std::int64_t>(geometry.configuration), BytesOf(F), BytesOf(E), BytesOf(H),
+                 BytesOf(rotation), BytesOf(translation));
 }
 
 }  // namespace

@@ -4,9 +4,7 @@
 #include <map>
 #include <set>
 
-#include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
-#include "diffsac/geometry/pose.h"
 #include "lab/files/files.h"
 #include "lab/files/text_scan.h"
 #include "lab/images/image_source.h"
@@ -143,40 +141,6 @@ std::vector<SourcePair> PairsAtStep(const ImageSource& source, int distance) {
   return pairs;
 }
 
-// Of what an option compares.
-void RequirePoses(const std::string& option, const std::string& folder, const ImageSource& source) {
-  for (const SourceImage& image : source.images)
-    if (!image.pose) throw Error(folder + ": " + option + " needs poses, and there are none");
-}
-
-bool TurnedWithin(const ImageSource& source, const SourcePair& pair, double least, double greatest) {
-  const RigidMotion &pose1 = *source.images[pair.image1].pose, &pose2 = *source.images[pair.image2].pose;
-  const double turn = RotationAngleDegrees(pose1.rotation, pose2.rotation);
-  return turn >= least && turn <= greatest;
-}
-
-void RequireTurn(const std::vector<double>& turn_deg, const std::string& folder, ImageSource* source) {
-  if (turn_deg.empty()) return;
-  if (turn_deg.size() != 2 || !(turn_deg[0] >= 0.0 && turn_deg[0] <= turn_deg[1]))
-    throw Error("--turn: expected two numbers of degrees, the smaller first");
-  RequirePoses("--turn", folder, *source);
-  for (SourceScene& scene : source->scenes)
-    std::erase_if(scene.pairs,
-                  [&](const SourcePair& pair) { return !TurnedWithin(*source, pair, turn_deg[0], turn_deg[1]); });
-}
-
-// In their order, so that neighbouring pairs share images.
-std::vector<SourcePair> RandomPairs(const std::vector<SourcePair>& pairs, int count) {
-  const int total = static_cast<int>(pairs.size());
-  if (count == 0 || count >= total) return pairs;
-  std::vector<int> chosen = Rng(1).Fork("random_pairs").Permutation(total);
-  chosen.resize(static_cast<std::size_t>(count));
-  std::sort(chosen.begin(), chosen.end());
-  std::vector<SourcePair> kept;
-  for (const int i : chosen) kept.push_back(pairs[static_cast<std::size_t>(i)]);
-  return kept;
-}
-
 }  // namespace
 
 std::vector<std::string> ImagesOfList(const std::string& path) {
@@ -208,21 +172,6 @@ void ChoosePairs(const PairChoice& choice, const std::string& folder, ImageSourc
     if (step < 1) throw Error("steps: expected positive numbers, found " + std::to_string(step));
     source->scenes.push_back({StepName(name, step), PairsAtStep(*source, step * choice.every)});
   }
-  RequireTurn(choice.turn_deg, folder, source);
-  if (choice.random_pairs < 0) throw Error("--random-pairs must not be negative");
-  for (SourceScene& scene : source->scenes) scene.pairs = RandomPairs(scene.pairs, choice.random_pairs);
-  CheckSource(*source, folder);
-}
-
-void RequireMotion(double min_motion, const std::string& folder, ImageSource* source) {
-  if (min_motion == 0.0) return;
-  if (!(min_motion > 0.0)) throw Error("--min-motion must not be negative");
-  RequirePoses("--min-motion", folder, *source);
-  for (SourceScene& scene : source->scenes)
-    std::erase_if(scene.pairs, [&](const SourcePair& pair) {
-      const RigidMotion &pose1 = *source->images[pair.image1].pose, &pose2 = *source->images[pair.image2].pose;
-      return (Inverse(pose1).translation - Inverse(pose2).translation).norm() < min_motion;
-    });
   CheckSource(*source, folder);
 }
 

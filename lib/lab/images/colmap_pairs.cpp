@@ -11,6 +11,7 @@
 #include "lab/colmap/lens.h"
 #include "lab/images/given_pairs.h"
 #include "lab/images/image_features.h"
+#include "lab/images/match_pair.h"
 #include "lab/images/run_pairs.h"
 
 namespace diffsac {
@@ -28,17 +29,6 @@ struct MatchedImage {
   ColmapDescriptors descriptors;  // only for ratios
   std::string problem;            // why it cannot be used; empty: it can
 };
-
-// The keypoints in our pixels. Without a calibration they stay where they are seen.
-PointMatrix OurKeypoints(const PointMatrix& colmap, const std::optional<ColmapLens>& lens) {
-  PointMatrix points = colmap.array() - 0.5;
-  if (!lens) return points;
-  for (Eigen::Index i = 0; i < points.rows(); ++i) {
-    const auto straight = lens->Undistort(points.row(i).transpose());
-    points.row(i) = straight ? Eigen::RowVector2d(straight->transpose()) : Eigen::RowVector2d::Constant(NAN);
-  }
-  return points;
-}
 
 // Pairs of one scene: of cameras that are all calibrated, or not.
 class SceneOfPairs {
@@ -84,12 +74,12 @@ const MatchedImage& SceneOfPairs::Image(std::int64_t id) {
 void SceneOfPairs::ReadImage(std::int64_t id, MatchedImage* read) const {
   MatchedImage& image = *read;
   const ColmapCamera& camera = database_.CameraOf(id);
-  std::optional<ColmapLens> lens;
-  if (calibrated_) lens.emplace(camera, database_.path() + ": camera of " + database_.NameOf(id));
+  std::optional<LensCamera> lens;
+  if (calibrated_) lens = CameraOfColmap(camera, database_.path() + ": camera of " + database_.NameOf(id));
   image.name = names_.at(id);
   image.size = camera.size;
-  if (lens) image.K = lens->K();
-  image.keypoints = OurKeypoints(database_.Keypoints(id), lens);
+  if (lens) image.K = lens->K;
+  image.keypoints = StraightPositions(lens, database_.Keypoints(id).array() - 0.5);
   image.frames = database_.KeypointFrames(id);
   if (request_.ratios) {
     image.descriptors = database_.Descriptors(id);
@@ -187,12 +177,20 @@ PrepareResult WriteColmapDatabase(const PairsRequest& request, const std::atomic
     if (!calibrated)
       LogInfo(request.input + ": " + std::to_string(scene->pairs.size()) +
               " pairs of cameras without a prior focal length: for task fundamental");
-    WriteScene(
-        request,
-        name + (!mixed       ? ""
-                : calibrated ? "_calibrated"
-                             : "_uncalibrated"),
-        [&] { return scene->Read(); }, stop, &result);
+    const char* suffix = !mixed ? "" : calibrated ? "_calibrated" : "_uncalibrated";
+    const std::string folder = (fs::path(request.output) / (name + suffix)).string();
+    RefuseInputsInScene(request, folder);
+    if (!request.options.overwrite && fs::exists(fs::path(folder) / "matches.h5")) {
+      LogInfo(folder + ": already there");
+      result.already_there += 1;
+      continue;
+    }
+    const CorrespondenceSet set = scene->Read();
+    result.finished = !stop;
+    if (stop) continue;
+    WriteCorrespondences(folder, set);
+    LogInfo(folder + ": " + std::to_string(set.pairs.size()) + " pairs");
+    result.written += 1;
   }
   return result;
 }

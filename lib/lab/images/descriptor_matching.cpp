@@ -1,8 +1,6 @@
 #include "lab/images/image_features.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -68,49 +66,6 @@ class InnerProducts {
   const Kernels& kernels_ = BestKernels();
 };
 
-using Bits = std::vector<std::uint64_t>;
-
-// Rows of 0 and 1, packed.
-struct PackedRows {
-  explicit PackedRows(const DescriptorMatrix& rows) : words((static_cast<std::size_t>(rows.cols()) + 63) / 64) {
-    bits.assign(static_cast<std::size_t>(rows.rows()) * words, 0);
-    for (Eigen::Index i = 0; i < rows.rows(); ++i)
-      for (Eigen::Index j = 0; j < rows.cols(); ++j)
-        if (rows(i, j) != 0.0f)
-          bits[static_cast<std::size_t>(i) * words + static_cast<std::size_t>(j) / 64] |= std::uint64_t{1} << (j % 64);
-  }
-  const std::uint64_t* Row(Eigen::Index i) const { return bits.data() + static_cast<std::size_t>(i) * words; }
-
-  std::size_t words;
-  Bits bits;
-};
-
-int Hamming(const PackedRows& first, Eigen::Index i, const PackedRows& second, Eigen::Index j) {
-  const std::uint64_t *a = first.Row(i), *b = second.Row(j);
-  int distance = 0;
-  for (std::size_t w = 0; w < first.words; ++w) distance += std::popcount(a[w] ^ b[w]);
-  return distance;
-}
-
-class NegativeHamming {
- public:
-  NegativeHamming(const DescriptorMatrix& first, const DescriptorMatrix& second) : first_(first), second_(second) {}
-
-  void SetPanel(Eigen::Index start, Eigen::Index columns) {
-    start_ = start;
-    columns_ = columns;
-  }
-  void Block(Eigen::Index start, Eigen::Index rows, float* similarity) const {
-    for (Eigen::Index r = 0; r < rows; ++r)
-      for (Eigen::Index j = 0; j < columns_; ++j)
-        similarity[r * kPanel + j] = -static_cast<float>(Hamming(first_, start + r, second_, start_ + j));
-  }
-
- private:
-  PackedRows first_, second_;
-  Eigen::Index start_ = 0, columns_ = 0;
-};
-
 DIFFSAC_BOUND_CLONES float Largest(const float* values, int count) {
   float largest = values[0];
   for (int j = 1; j < count; ++j) largest = values[j] > largest ? values[j] : largest;
@@ -136,8 +91,9 @@ void SeeColumns(const float* similarity, int count, int first, TwoNearest* neare
   }
 }
 
-template <class Similarity>
-Nearest FindNearest(Similarity source, Eigen::Index num_first, Eigen::Index num_second) {
+Nearest FindNearest(const DescriptorMatrix& first, const DescriptorMatrix& second) {
+  InnerProducts source(first, second);
+  const Eigen::Index num_first = first.rows(), num_second = second.rows();
   Nearest nearest{std::vector<TwoNearest>(num_first), std::vector<int>(num_second, -1)};
   std::vector<float> best_of_second(num_second, -std::numeric_limits<float>::infinity());
   std::vector<float> similarity(static_cast<std::size_t>(kBlock) * kPanel);
@@ -168,10 +124,11 @@ double Ratio(const DescriptorMatrix& first, int i, const DescriptorMatrix& secon
   return std::min(1.0, distance == DescriptorDistance::kHamming ? best / next : std::sqrt(best / next));
 }
 
+/// Of 1 and -1 for the bits: the inner product falls by two with each bit that differs, without rounding.
 Nearest FindNearest(const DescriptorMatrix& first, const DescriptorMatrix& second, DescriptorDistance distance) {
-  if (distance == DescriptorDistance::kEuclidean)
-    return FindNearest(InnerProducts(first, second), first.rows(), second.rows());
-  return FindNearest(NegativeHamming(first, second), first.rows(), second.rows());
+  if (distance == DescriptorDistance::kEuclidean) return FindNearest(first, second);
+  const auto signs = [](const DescriptorMatrix& bits) { return DescriptorMatrix(2.0f * bits.array() - 1.0f); };
+  return FindNearest(signs(first), signs(second));
 }
 
 }  // namespace

@@ -1,20 +1,11 @@
 #pragma once
 
-#include <atomic>
-#include <functional>
 #include <map>
 #include <string>
 
 #include "lab/files/correspondence_files.h"
-#include "lab/images/run_pairs.h"
 
 namespace diffsac {
-
-/// Writes a scene of correspondences that came with their images: the set that `read` gives in the folder
-/// `request.output`/`name`, unless it is there already (and is not to be overwritten) or `stop` turned true. Says so,
-/// and counts it in `result`. Throws Error.
-void WriteScene(const PairsRequest& request, const std::string& name, const std::function<CorrespondenceSet()>& read,
-                const std::atomic<bool>& stop, PrepareResult* result);
 
 /// Pairs that came with their matches.
 struct GivenPairs {

@@ -1,10 +1,7 @@
 #include "lab/images/image_source.h"
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -76,31 +73,6 @@ void AddImage(const std::string& name, const std::function<SourceImage()>& read,
   } catch (const Error& error) {
     source->left_out.push_back({name, error.what()});
   }
-}
-
-RigidMotion SoundMotion(RigidMotion motion, const std::string& place) {
-  constexpr double kTolerance = 0.01, kRounding = 1e-6;
-  if (!motion.rotation.allFinite() || !motion.translation.allFinite()) throw Error(place + ": the pose is not finite");
-  const Eigen::Matrix3d square = motion.rotation * motion.rotation.transpose();
-  if (!square.isApprox(Eigen::Matrix3d::Identity(), kTolerance) || motion.rotation.determinant() < 0.0)
-    throw Error(place + ": the pose holds no rotation");
-  // Few digits, or a tracker that drifted: an essential matrix needs the rotation that is meant.
-  if (!square.isApprox(Eigen::Matrix3d::Identity(), kRounding)) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(motion.rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    motion.rotation = svd.matrixU() * svd.matrixV().transpose();
-  }
-  return motion;
-}
-
-RigidMotion WorldToCamera(const std::vector<double>& values, const std::string& place) {
-  if (values.size() != 12 && values.size() != 16) throw Error(place + ": expected a 3x4 or 4x4 matrix");
-  if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
-    throw Error(place + ": the pose is not finite");
-  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(values.data());
-  const RigidMotion to_world = SoundMotion({rows.leftCols<3>(), rows.col(3)}, place);
-  if (values.size() == 16 && (values[12] != 0.0 || values[13] != 0.0 || values[14] != 0.0 || values[15] != 1.0))
-    throw Error(place + ": expected 0 0 0 1 as the last row of the pose");
-  return Inverse(to_world);
 }
 
 std::string StepName(const std::string& name, int step) {

@@ -45,18 +45,14 @@ struct ImageSource {
 /// Which images and pairs of a source are used.
 struct PairChoice {
   int every = 1;  ///< Only every so many images, from the first.
-  std::vector<int>
-      steps;  ///< A scene <name>_step_<step> for each: the pairs (i, i + step) of used images. Empty: all pairs.
+  /// A scene <name>_step_<step> for each: the pairs (i, i + step) of used images. Empty: all pairs.
+  std::vector<int> steps = {};
   /// A text file with the names of two images in each line (with or without extension and folder); empty: all pairs.
-  std::string pairs_file;
-  /// Only pairs whose cameras are turned against each other by these degrees, least and greatest; empty: any.
-  std::vector<double> turn_deg = {};
-  /// So many of the pairs, drawn at random (the same every time); 0: all.
-  int random_pairs = 0;
+  std::string pairs_file = {};
   /// Whether it says which pairs there are, not which of all are left out.
   bool HasPairs() const { return !steps.empty() || !pairs_file.empty(); }
   /// Whether every image that there is is used, in all the pairs that the source has.
-  bool IsAll() const { return every == 1 && !HasPairs() && turn_deg.empty() && random_pairs == 0; }
+  bool IsAll() const { return every == 1 && !HasPairs(); }
 };
 
 /// Calibration of images that come without one.
@@ -77,8 +73,9 @@ struct GivenCalibration {
 
 /// KITTI odometry (Geiger et al., "Are we ready for autonomous driving?", CVPR 2012) in the official layout:
 /// `sequences/<sequence>/image_0/%06d.png` and `calib.txt` (P0), `poses/<sequence>.txt`, camera-to-world, a line a
-/// frame. A scene for each step, kitti_<sequence>_step_<step>: the pairs (i, i + step).
-ImageSource ReadKitti(const std::string& root, const std::string& sequence, const std::vector<int>& steps);
+/// frame. A scene for each step, kitti_<sequence>_step_<step>: the pairs (i, i + step); of step 1 where no pairs are
+/// chosen.
+ImageSource ReadKitti(const std::string& root, const std::string& sequence, PairChoice choice = {});
 
 /// A COLMAP model (cameras.txt and images.txt, or where there are none cameras.bin and images.bin; in the folder
 /// itself, in colmap_ground_truth, sparse/0 or sparse) beside `images/`; every camera model of ColmapLens. All pairs.
@@ -103,10 +100,6 @@ void ChoosePairs(const PairChoice& choice, const std::string& folder, ImageSourc
 /// such a file. Throws Error.
 std::vector<std::string> ImagesOfList(const std::string& path);
 
-/// Leaves out pairs whose cameras are less than `min_motion` apart, in the unit of the poses; 0 leaves out none. Throws
-/// Error: a source without poses, no pairs left in a scene.
-void RequireMotion(double min_motion, const std::string& folder, ImageSource* source);
-
 /// The folder in which programs draw pictures unless they are given a name.
 inline constexpr const char* kPictureFolder = "diffsac_pictures";
 /// Whether a file lies in a folder of that name; with a line in the log, for what lists photographs.
@@ -124,11 +117,6 @@ std::string FolderName(const std::string& folder);
 /// Adds what `read` returns as the image of the next frame, or, when it throws Error or the
 /// calibration is none, the image to those left out.
 void AddImage(const std::string& name, const std::function<SourceImage()>& read, ImageSource* source);
-/// The motion with the nearest rotation in place of what is one within 1 %. Throws Error, starting with `place`, where
-/// it is not, or not finite.
-RigidMotion SoundMotion(RigidMotion motion, const std::string& place);
-/// A camera-to-world matrix, twelve or sixteen numbers row by row, inverted. Throws Error as SoundMotion does.
-RigidMotion WorldToCamera(const std::vector<double>& values, const std::string& place);
 /// "<name>_step_05".
 std::string StepName(const std::string& name, int step);
 /// K of a file: nine numbers row by row, with commas and brackets or without; NumPy's .npy; a JSON file, where it may

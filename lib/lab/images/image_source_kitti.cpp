@@ -1,3 +1,5 @@
+#include <Eigen/LU>
+#include <Eigen/SVD>
 #include <charconv>
 #include <filesystem>
 
@@ -36,6 +38,24 @@ struct PoseLine {
   std::string problem;  // empty: none
 };
 
+// World-to-camera, of a camera-to-world matrix row by row; the nearest rotation in place of what is one within 1 %.
+RigidMotion PoseOf(const std::vector<double>& values, const std::string& place) {
+  constexpr double kTolerance = 0.01, kRounding = 1e-6;
+  if (values.size() != 12) throw Error(place + ": expected 12 numbers, found " + std::to_string(values.size()));
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rows(values.data());
+  if (!rows.allFinite()) throw Error(place + ": the pose is not finite");
+  RigidMotion to_world{rows.leftCols<3>(), rows.col(3)};
+  const Eigen::Matrix3d square = to_world.rotation * to_world.rotation.transpose();
+  if (!square.isApprox(Eigen::Matrix3d::Identity(), kTolerance) || to_world.rotation.determinant() < 0.0)
+    throw Error(place + ": the pose holds no rotation");
+  // Few digits, or a tracker that drifted: an essential matrix needs the rotation that is meant.
+  if (!square.isApprox(Eigen::Matrix3d::Identity(), kRounding)) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(to_world.rotation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    to_world.rotation = svd.matrixU() * svd.matrixV().transpose();
+  }
+  return Inverse(to_world);
+}
+
 // A line that makes no sense costs its frame alone.
 std::vector<PoseLine> ReadPoseLines(const std::string& path) {
   const std::string text = ReadTextFile(path);
@@ -50,8 +70,7 @@ std::vector<PoseLine> ReadPoseLines(const std::string& path) {
       std::vector<double> values(words.size());
       for (std::size_t i = 0; i < words.size(); ++i)
         if (!ParseNumber(words[i], &values[i])) throw Error(place + ": '" + std::string(words[i]) + "' is no number");
-      if (values.size() != 12) throw Error(place + ": expected 12 numbers, found " + std::to_string(values.size()));
-      parsed.pose = WorldToCamera(values, place);
+      parsed.pose = PoseOf(values, place);
     } catch (const Error& error) {
       parsed.problem = error.what();
     }
@@ -71,13 +90,12 @@ int FrameNumber(const std::string& path) {
 
 }  // namespace
 
-ImageSource ReadKitti(const std::string& root, const std::string& sequence, const std::vector<int>& steps) {
+ImageSource ReadKitti(const std::string& root, const std::string& sequence, PairChoice choice) {
   const fs::path folder = fs::path(root) / "sequences" / sequence;
   const std::string pose_path = (fs::path(root) / "poses" / (sequence + ".txt")).string();
   const LensCamera camera = ReadCalibration((folder / "calib.txt").string());
   const std::vector<PoseLine> poses = ReadPoseLines(pose_path);
   ImageSource source;
-  std::vector<int> image_of_frame(poses.size(), -1);
   for (const std::string& path : ListImages((folder / "image_0").string())) {
     int frame = -1;
     const auto read = [&] {
@@ -88,38 +106,22 @@ ImageSource ReadKitti(const std::string& root, const std::string& sequence, cons
     };
     const std::size_t before = source.images.size();
     AddImage(ImageName(path), read, &source);
-    if (source.images.size() == before) continue;
-    source.images.back().frame = frame;
-    image_of_frame[frame] = static_cast<int>(before);
+    if (source.images.size() > before) source.images.back().frame = frame;
   }
-  if (steps.empty()) throw Error("steps: expected at least one");
-  for (int step : steps) {
-    if (step < 1) throw Error("steps: expected positive numbers, found " + std::to_string(step));
-    SourceScene scene{StepName("kitti_" + sequence, step), {}};
-    for (int i = 0; i + step < static_cast<int>(poses.size()); ++i)
-      if (image_of_frame[i] >= 0 && image_of_frame[i + step] >= 0)
-        scene.pairs.push_back({image_of_frame[i], image_of_frame[i + step], {}});
-    source.scenes.push_back(std::move(scene));
-  }
-  CheckSource(source, folder.string());
+  source.scenes.push_back({"kitti_" + sequence, {}});
+  if (!choice.HasPairs()) choice.steps = {1};
+  ChoosePairs(choice, folder.string(), &source);
   return source;
 }
 
 namespace {
 
-// The reader knows its frames' numbers, so it takes the steps itself.
-ImageSource ReadKittiPairs(const PairsRequest& request) {
-  if (request.choice.every != 1) throw Error("--every: KITTI's pairs are chosen by --steps or --pairs-file");
-  const std::vector<int>& steps = request.choice.steps;
-  ImageSource source = ReadKitti(request.input, request.sequence, steps.empty() ? std::vector<int>{1} : steps);
-  if (request.choice.pairs_file.empty()) return source;
-  if (!steps.empty()) throw Error("--steps and --pairs-file exclude each other");
-  source.scenes[0].name = "kitti_" + request.sequence;
-  ChoosePairs(request.choice, request.input, &source);
-  return source;
-}
-
-const Registered<ImageFormat> kKitti("kitti", {.read = ReadKittiPairs, .takes_sequence = true, .chooses_pairs = true});
+const Registered<ImageFormat> kKitti("kitti", {.read =
+                                                   [](const PairsRequest& request) {
+                                                     return ReadKitti(request.input, request.sequence, request.choice);
+                                                   },
+                                               .takes_sequence = true,
+                                               .chooses_pairs = true});
 
 }  // namespace
 

@@ -2,15 +2,10 @@
 
 #include <H5Cpp.h>
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <map>
 #include <mutex>
-#include <numbers>
 #include <numeric>
 #include <optional>
-#include <set>
-#include <utility>
 
 #include "diffsac/core/status.h"
 #include "lab/files/hdf5_input.h"
@@ -21,103 +16,67 @@ namespace diffsac {
 
 namespace fs = std::filesystem;
 
+struct ImportedFeatures::Impl {
+  std::string path;
+  H5::H5File file;
+};
+
 namespace {
 
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// A file whose groups hold data sets. All calls happen under the library's lock, which the caller holds.
-class GroupFile {
- public:
-  explicit GroupFile(const std::string& path) : path_(path) {
-    H5::Exception::dontPrint();
-    std::error_code code;
-    if (!fs::is_regular_file(path, code)) throw Error(path + ": no such file");
-    try {
-      file_ = OpenHdf5(path);
-    } catch (const H5::Exception& e) {
-      throw Error(path + ": not a readable HDF5 file, or truncated: " + Describe(e));
-    }
-  }
-
-  // Asking for "a/b" when there is no "a" is an error of the library's, not a no.
-  bool HasGroup(const std::string& name) const {
-    std::string prefix;
-    for (const fs::path& part : fs::path(name)) {
-      prefix += (prefix.empty() ? "" : "/") + part.string();
-      if (!file_.nameExists(prefix) || file_.childObjType(prefix) != H5O_TYPE_GROUP) return false;
-    }
-    return !prefix.empty();
-  }
-
-  const std::string& path() const { return path_; }
-  std::string Place(const std::string& group, const char* name) const { return path_ + ": " + group + "/" + name; }
-
-  std::optional<Numbers> Read(const std::string& group, const char* name) const {
-    try {
-      const H5::Group opened = file_.openGroup(group);
-      if (!opened.nameExists(name)) return {};
-      return ReadNumbers(opened.openDataSet(name), Place(group, name));
-    } catch (const H5::Exception& e) {
-      throw Error(Place(group, name) + ": damaged or truncated: " + Describe(e));
-    }
-  }
-
- private:
-  std::string path_;
-  H5::H5File file_;
-};
+// Asking for "a/b" when there is no "a" is an error of the library's, not a no.
+bool HasGroup(const H5::H5File& file, const fs::path& name) {
+  if (name.has_parent_path() && !HasGroup(file, name.parent_path())) return false;
+  return file.nameExists(name.string()) && file.childObjType(name.string()) == H5O_TYPE_GROUP;
+}
 
 // Keypoints may lie on the border of the last pixel, and half a pixel beyond by another convention.
 constexpr double kOutsidePx = 1.0;
 
 // The names under which a file may list an image: its path with ever fewer folders, its stem.
 std::vector<std::string> NamesOf(const std::string& image_path) {
+  const fs::path whole = fs::path(image_path).lexically_normal();
+  std::vector<fs::path> parts(whole.begin(), whole.end());
   std::vector<std::string> names;
   fs::path name;
-  const fs::path whole = fs::path(image_path).lexically_normal();
-  std::vector<std::string> parts;
-  for (const fs::path& part : whole) parts.push_back(part.string());
   for (auto part = parts.rbegin(); part != parts.rend() && *part != "/" && *part != ".."; ++part) {
-    name = name.empty() ? fs::path(*part) : fs::path(*part) / name;
+    name = name.empty() ? *part : *part / name;
     names.push_back(name.string());
   }
-  names.push_back(whole.stem().string());
-  names.push_back(ImageName(image_path));
+  names.insert(names.end(), {whole.stem().string(), ImageName(image_path)});
   return names;
 }
 
-// One image's group, read as it stands. The lock is held by the caller.
+// One image's group, read as it stands.
 struct Group {
   std::string place;  // file and key
   Numbers keypoints, descriptors;
   std::optional<Numbers> scores, image_size;
 };
 
-}  // namespace
-
-struct ImportedFeatures::Impl {
-  GroupFile file;
-};
-
-namespace {
-
-Numbers Needed(const GroupFile& file, const std::string& group, const char* name) {
-  std::optional<Numbers> numbers = file.Read(group, name);
-  if (!numbers) throw Error(file.path() + ": " + group + ": it has no " + name);
-  return std::move(*numbers);
-}
-
-Group ReadGroup(const GroupFile& file, const std::string& image_path) {
+Group ReadGroup(const std::string& path, const H5::H5File& file, const std::string& image_path) {
   const std::lock_guard lock(Hdf5Mutex());
-  try {
-    for (const std::string& name : NamesOf(image_path))
-      if (file.HasGroup(name))
-        return {file.path() + ": " + name, Needed(file, name, "keypoints"), Needed(file, name, "descriptors"),
-                file.Read(name, "scores"), file.Read(name, "image_size")};
-  } catch (const H5::Exception& e) {
-    throw Error(file.path() + ": " + fs::path(image_path).filename().string() + ": " + Describe(e));
-  }
-  throw Error(file.path() + ": there is no group " + fs::path(image_path).filename().string());
+  std::string place = path + ": " + fs::path(image_path).filename().string();
+  const auto read = [&](const H5::Group& group, const std::string& name, const char* key) -> std::optional<Numbers> {
+    place = path + ": " + name + "/" + key;
+    if (!group.nameExists(key)) return {};
+    return ReadNumbers(group.openDataSet(key), place);
+  };
+  const auto needed = [&](const H5::Group& group, const std::string& name, const char* key) {
+    std::optional<Numbers> numbers = read(group, name, key);
+    if (!numbers) throw Error(path + ": " + name + ": it has no " + key);
+    return std::move(*numbers);
+  };
+  return WithClearErrors(place, [&]() -> Group {
+    for (const std::string& name : NamesOf(image_path)) {
+      if (!HasGroup(file, name)) continue;
+      const H5::Group group = file.openGroup(name);
+      return {path + ": " + name, needed(group, name, "keypoints"), needed(group, name, "descriptors"),
+              read(group, name, "scores"), read(group, name, "image_size")};
+    }
+    throw Error(path + ": there is no group " + fs::path(image_path).filename().string());
+  });
 }
 
 PointMatrix PositionsOf(const Group& group, const ImageSize& size) {
@@ -179,7 +138,9 @@ void CheckImageSize(const Group& group, const ImageSize& size) {
 
 ImportedFeatures::ImportedFeatures(const std::string& path) {
   const std::lock_guard lock(Hdf5Mutex());
-  impl_ = std::make_unique<Impl>(GroupFile(path));
+  std::error_code code;
+  if (!fs::is_regular_file(path, code)) throw Error(path + ": no such file");
+  impl_ = WithClearErrors(path, [&] { return std::make_unique<Impl>(Impl{path, OpenHdf5(path)}); });
 }
 
 ImportedFeatures::~ImportedFeatures() {
@@ -188,7 +149,7 @@ ImportedFeatures::~ImportedFeatures() {
 }
 
 ImageFeatures ImportedFeatures::Read(const std::string& image_path, const ImageSize& size, int max_keypoints) const {
-  const Group group = ReadGroup(impl_->file, image_path);
+  const Group group = ReadGroup(impl_->path, impl_->file, image_path);
   CheckImageSize(group, size);
   const PointMatrix positions = PositionsOf(group, size);
   const DescriptorMatrix descriptors = DescriptorsOf(group, positions.rows());

@@ -13,6 +13,7 @@
 #include "lab/images/detection.h"
 #include "lab/images/given_pairs.h"
 #include "lab/images/image_cameras.h"
+#include "lab/images/photographs.h"
 
 namespace diffsac {
 namespace {
@@ -67,16 +68,9 @@ void FillProblem(const SourceImage& image1, const SourceImage& image2, const Ima
 std::array<std::string, 2> NamesOf(const std::string& path1, const std::string& path2) {
   const std::array<std::string, 2> names = {ImageName(path1), ImageName(path2)};
   if (names[0] != names[1] || path1 == path2) return names;
-  std::array<fs::path, 2> above = {fs::absolute(path1).lexically_normal(), fs::absolute(path2).lexically_normal()},
-                          ends;
-  for (bool same = true; same && !above[0].filename().empty() && !above[1].filename().empty();) {
-    same = above[0].filename() == above[1].filename();
-    for (int k = 0; k < 2; ++k) {
-      ends[k] = ends[k].empty() ? above[k].filename() : above[k].filename() / ends[k];
-      above[k] = above[k].parent_path();
-    }
-  }
-  const auto told = PairNames(std::map<std::int64_t, std::string>{{1, ends[0].string()}, {2, ends[1].string()}});
+  const std::vector<fs::path> whole = {fs::absolute(path1).lexically_normal(), fs::absolute(path2).lexically_normal()};
+  const auto within = [&](int k) { return whole[k].lexically_relative(CommonFolder(whole)).string(); };
+  const auto told = PairNames(std::map<std::int64_t, std::string>{{1, within(0)}, {2, within(1)}});
   return {told.at(1), told.at(2)};
 }
 

@@ -37,18 +37,6 @@ std::vector<std::string> FilesOf(const std::string& input) {
   return {input};
 }
 
-// The folder that holds all of these absolute paths.
-fs::path CommonFolder(const std::vector<fs::path>& files) {
-  fs::path common = files.front().parent_path();
-  for (const fs::path& file : files) {
-    const auto [mine, other] = std::mismatch(common.begin(), common.end(), file.begin(), file.end());
-    fs::path shared;
-    for (auto part = common.begin(); part != mine; ++part) shared /= *part;
-    common = shared;
-  }
-  return common;
-}
-
 std::vector<std::string> PathsOf(const std::vector<std::string>& inputs, const std::string& list) {
   std::vector<std::string> paths;
   if (inputs.empty()) paths = ImagesOfList(list);
@@ -64,6 +52,17 @@ std::vector<std::string> PathsOf(const std::vector<std::string>& inputs, const s
 }
 
 }  // namespace
+
+fs::path CommonFolder(const std::vector<fs::path>& files) {
+  fs::path common = files.front().parent_path();
+  for (const fs::path& file : files) {
+    const auto [mine, other] = std::mismatch(common.begin(), common.end(), file.begin(), file.end());
+    fs::path shared;
+    for (auto part = common.begin(); part != mine; ++part) shared /= *part;
+    common = shared;
+  }
+  return common;
+}
 
 Photographs ListPhotographs(const std::vector<std::string>& inputs, const std::string& list) {
   const std::vector<std::string> paths = PathsOf(inputs, list);

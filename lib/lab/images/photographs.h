@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,9 @@ struct Photographs {
 /// these are where there are no `inputs`. Throws Error: a path that is not there, fewer than two images, what the list
 /// says wrong. That a file is an image is not looked at.
 Photographs ListPhotographs(const std::vector<std::string>& inputs, const std::string& list);
+
+/// The folder that holds all of these absolute paths.
+std::filesystem::path CommonFolder(const std::vector<std::filesystem::path>& files);
 
 /// Whether these are two image files: what diffsac_pair shows as one pair.
 bool AreTwoFiles(const std::vector<std::string>& inputs);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <list>
 #include <set>
 #include <sstream>
 
@@ -32,36 +31,15 @@ std::vector<SourcePair> EvenlySpaced(const std::vector<SourcePair>& pairs, int m
   return chosen;
 }
 
-// The descriptors of matches, pair after pair. Neighbouring pairs share images, so the last few are kept.
-class MatchDescriptors {
- public:
-  explicit MatchDescriptors(const FeatureStore& store) : store_(store) {}
-
-  DescriptorMatrix Rows(const SourcePair& pair, const std::vector<DescriptorMatch>& matches) {
-    const DescriptorMatrix &first = Get(pair.image1), &second = Get(pair.image2);
-    DescriptorMatrix rows(static_cast<Eigen::Index>(matches.size()), first.cols() + second.cols());
-    for (std::size_t i = 0; i < matches.size(); ++i)
-      rows.row(static_cast<Eigen::Index>(i)) << first.row(matches[i].first), second.row(matches[i].second);
-    return rows;
-  }
-
- private:
-  static constexpr std::size_t kKept = 4;
-
-  const DescriptorMatrix& Get(int image) {
-    for (auto entry = recent_.begin(); entry != recent_.end(); ++entry) {
-      if (entry->first != image) continue;
-      recent_.splice(recent_.begin(), recent_, entry);
-      return recent_.front().second;
-    }
-    if (recent_.size() >= kKept) recent_.pop_back();
-    recent_.emplace_front(image, store_.Load(image).descriptors);
-    return recent_.front().second;
-  }
-
-  const FeatureStore& store_;
-  std::list<std::pair<int, DescriptorMatrix>> recent_;
-};
+// The descriptors of matches.
+DescriptorMatrix RowsOf(const FeatureStore& store, const SourcePair& pair,
+                        const std::vector<DescriptorMatch>& matches) {
+  const DescriptorMatrix first = store.Load(pair.image1).descriptors, second = store.Load(pair.image2).descriptors;
+  DescriptorMatrix rows(static_cast<Eigen::Index>(matches.size()), first.cols() + second.cols());
+  for (std::size_t i = 0; i < matches.size(); ++i)
+    rows.row(static_cast<Eigen::Index>(i)) << first.row(matches[i].first), second.row(matches[i].second);
+  return rows;
+}
 
 // What decides the content of a scene's files: it stands in the scene's folder, so that a later call can tell whether
 // that is what it would make.
@@ -214,9 +192,8 @@ bool Preparation::WriteScene(const SourceScene& asked) {
                                               : ": no pair has enough true matches or a pose that agrees with them"));
     return true;
   }
-  MatchDescriptors descriptors(store_);
   if (options_.descriptors)
-    set.descriptors = [&](std::size_t i) { return descriptors.Rows(scene.pairs[kept[i]], matched[kept[i]].matches); };
+    set.descriptors = [&](std::size_t i) { return RowsOf(store_, scene.pairs[kept[i]], matched[kept[i]].matches); };
   const std::string folder = FolderOf(scene);
   MakeWritableFolder(folder);
   // Before the first word of the new recipe is there, the old files must be incomplete.

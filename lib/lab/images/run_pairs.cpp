@@ -41,7 +41,6 @@ PrepareResult RunPairs(const PairsRequest& request, const std::atomic<bool>& sto
   if (format.write) return format.write(request, stop);
   ImageSource source = format.read(request);
   if (!format.chooses_pairs) ChoosePairs(request.choice, request.input, &source);
-  RequireMotion(request.min_motion, request.input, &source);
   if (!request.scene.empty()) {
     if (source.scenes.size() != 1)
       throw Error("--scene: the source has " + std::to_string(source.scenes.size()) + " scenes");

@@ -17,7 +17,6 @@ struct PairsRequest {
   std::string scene;             ///< Replaces the name of a single scene; empty: the source's.
   std::string sequence;          ///< Of KITTI.
   PairChoice choice;             ///< KITTI: steps, {1} when empty.
-  double min_motion = 0.0;       ///< RequireMotion.
   GivenCalibration calibration;  ///< Of images.
   bool ratios = false;           ///< Of colmap_database: match_conf.h5 from the descriptors.
   PrepareOptions options;
@@ -41,7 +40,7 @@ struct ImageFormat {
   bool takes_calibration = false;  ///< --calibration, --focal and --center, where the images come without one.
   bool takes_sequence = false;     ///< --sequence, which it needs then.
   bool takes_ratios = false;       ///< --ratios, for matches that come without.
-  bool chooses_pairs = false;      ///< `read` looks at --steps, --every and --pairs-file itself.
+  bool chooses_pairs = false;      ///< `read` chooses the pairs itself.
   /// Instead of `read`, for correspondences that come with the images: writes their scenes. Nothing is matched.
   std::function<PrepareResult(const PairsRequest&, const std::atomic<bool>& stop)> write = {};
 };

@@ -17,6 +17,7 @@
 #include "lab/files/files.h"
 #include "lab/images/detection.h"
 #include "lab/images/image_source.h"
+#include "lab/images/pictures.h"
 
 namespace diffsac {
 namespace {
@@ -76,12 +77,6 @@ cv::Mat Seen(const cv::Mat& image, const Eigen::Matrix3d& view, bool photograph,
   return photograph ? Photographed(warped, mask, rng) : Relit(warped, mask, rng);
 }
 
-void WriteImage(const fs::path& path, const cv::Mat& image) {
-  std::vector<unsigned char> bytes;
-  cv::imencode(path.extension().string(), image, bytes);
-  WriteFileAtomically(path.string(), std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
-}
-
 void WriteMatrix(const fs::path& path, const Eigen::Matrix3d& matrix) {
   std::ostringstream text;
   text.precision(12);
@@ -128,13 +123,13 @@ bool WarpImages(const WarpRequest& request, const std::atomic<bool>& stop) {
     }
     const fs::path folder = fs::path(request.output) / ImageName(path);
     MakeWritableFolder(folder.string());
-    WriteImage(folder / "1.png", image);
+    WritePicture(image, (folder / "1.png").string());
     for (int view = 2; view <= request.views + 1; ++view) {
       const Rng rng = Rng(request.seed).Fork(ImageName(path), static_cast<std::uint64_t>(view));
       const Eigen::Matrix3d homography =
           RandomView(image.cols, image.rows, request.least_tilt, request.greatest_tilt, rng.Fork("view"));
-      WriteImage(folder / (std::to_string(view) + ".png"),
-                 Seen(image, homography, request.photograph, rng.Fork("light")));
+      WritePicture(Seen(image, homography, request.photograph, rng.Fork("light")),
+                   (folder / (std::to_string(view) + ".png")).string());
       WriteMatrix(folder / ("H_1_" + std::to_string(view)), homography);
     }
   }

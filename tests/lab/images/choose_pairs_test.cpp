@@ -1,5 +1,4 @@
 #include <catch2/catch.hpp>
-#include <numbers>
 #include <optional>
 
 #include "core/errors.h"
@@ -25,11 +24,6 @@ ImageSource Posed(const TemporaryFolder& folder, const std::vector<std::optional
   }
   AddAllPairs(folder.path(), &source);
   return source;
-}
-
-RigidMotion Turned(double degrees, double x) {
-  return {Eigen::AngleAxisd(degrees * std::numbers::pi / 180.0, Eigen::Vector3d::UnitZ()).toRotationMatrix(),
-          {x, 0, 0}};
 }
 
 }  // namespace
@@ -82,24 +76,6 @@ TEST_CASE("pairs are chosen by step, by every n-th image, or by a list") {
   CHECK(Has(error({1, {1}, folder / "pairs.txt"}), "exclude"));
 }
 
-TEST_CASE("pairs of cameras that stand still are left out on demand") {
-  TemporaryFolder folder;
-  std::vector<std::optional<RigidMotion>> poses;
-  for (const double x : {0.0, 0.0, 1.0, 3.0}) poses.push_back(Turned(90.0, x));
-  const auto left = [&](double min_motion) {
-    ImageSource source = Posed(folder, poses);
-    RequireMotion(min_motion, "here", &source);
-    return source.scenes[0].pairs.size();
-  };
-  CHECK(left(0.0) == 6);
-  CHECK(left(0.5) == 5);
-  CHECK(left(2.0) == 3);
-  CHECK(Has(ErrorOf([&] { left(9.0); }), "no pairs"));
-  CHECK(Has(ErrorOf([&] { left(-1.0); }), "--min-motion"));
-  ImageSource plain = ReadImageFolder(folder.path());
-  CHECK(Has(ErrorOf([&] { RequireMotion(1.0, "here", &plain); }), "needs poses"));
-}
-
 TEST_CASE("images of a list of pairs are not paired with all others first") {
   TemporaryFolder folder;
   for (int i = 0; i < 4; ++i) WriteSmall(folder / ("im" + std::to_string(i) + ".png"));
@@ -111,36 +87,6 @@ TEST_CASE("images of a list of pairs are not paired with all others first") {
   ChoosePairs(choice, "here", &source);
   REQUIRE(source.scenes.at(0).pairs.size() == 1);
   CHECK(source.scenes[0].pairs[0].image2 == 3);
-}
-
-TEST_CASE("pairs are chosen by how far their cameras are turned, and at random") {
-  TemporaryFolder folder;
-  std::vector<std::optional<RigidMotion>> poses;
-  for (int i = 0; i < 6; ++i) poses.push_back(Turned(10.0 * i, 0.0));
-  const auto choose = [&](std::vector<double> turn_deg, int random_pairs) {
-    ImageSource source = Posed(folder, poses);
-    PairChoice choice;
-    choice.turn_deg = std::move(turn_deg);
-    choice.random_pairs = random_pairs;
-    ChoosePairs(choice, "here", &source);
-    return source.scenes[0].pairs;
-  };
-  CHECK(choose({}, 0).size() == 15);
-  const auto turned = choose({15.0, 35.0}, 0);
-  CHECK(turned.size() == 4 + 3);
-  for (const SourcePair& pair : turned) CHECK((pair.image2 - pair.image1 == 2 || pair.image2 - pair.image1 == 3));
-  const auto random = choose({15.0, 35.0}, 3);
-  REQUIRE(random.size() == 3);
-  for (std::size_t i = 0; i < 3; ++i) CHECK(random[i].image1 == choose({15.0, 35.0}, 3)[i].image1);
-  CHECK(choose({15.0, 35.0}, 100).size() == 7);
-  CHECK(Has(ErrorOf([&] { choose({60.0, 90.0}, 0); }), "no pairs"));
-  CHECK(Has(ErrorOf([&] { choose({30.0, 10.0}, 0); }), "--turn"));
-  CHECK(Has(ErrorOf([&] { choose({30.0}, 0); }), "--turn"));
-  CHECK(Has(ErrorOf([&] { choose({}, -1); }), "--random-pairs"));
-  ImageSource plain = ReadImageFolder(folder.path());
-  PairChoice turn;
-  turn.turn_deg = {0.0, 10.0};
-  CHECK(Has(ErrorOf([&] { ChoosePairs(turn, "here", &plain); }), "needs poses"));
 }
 
 }  // namespace diffsac

@@ -64,7 +64,7 @@ TEST_CASE("COLMAP's binary models: what the same text model says") {
   CHECK(source.images[0].camera->K == Calibration(500, 510, 4.5, 3.5));
   const SourceImage& turned = source.images[1];
   CHECK(turned.name == "b 1");
-  CHECK(turned.camera->k1 == -0.03);
+  CHECK(turned.camera->colmap.value().parameters.back() == -0.03);
   CHECK(turned.camera->size == ImageSize{10, 8});
   CHECK(turned.pose->rotation(1, 0) == Approx(0.96));
   CHECK(turned.pose->translation == Eigen::Vector3d(1, 2, 3));

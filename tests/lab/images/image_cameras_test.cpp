@@ -119,7 +119,7 @@ TEST_CASE("COLMAP's cameras go to the images of their names, one alone to all") 
   for (const std::string& name : {std::string(folder.path()), folder / "cameras.txt"}) {
     given.cameras = name;
     const ImageCameras cameras(given, kPaths);
-    CHECK(cameras.Of(0, kWide)->k1 == -0.1);
+    CHECK(cameras.Of(0, kWide)->colmap->parameters.back() == -0.1);
     CHECK(cameras.Of(1, kHigh)->K(0, 0) == 600.0);
     CHECK(Has(ErrorOf([&] { cameras.Of(1, kWide); }), "photos/b.jpg: is 640x480, but its camera is for 480x640"));
   }

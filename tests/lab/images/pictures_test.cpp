@@ -101,9 +101,8 @@ double Difference(const cv::Mat& a, const cv::Mat& b) {
 TEST_CASE("a small copy has no distortion of the lens and at most 640 pixels a side") {
   const TemporaryFolder folder;
   const cv::Mat texture = Texture(900, 700, 5);
-  LensCamera plain, bent;
-  plain.K = bent.K = Calibration(600, 600, 400, 300);
-  bent.k1 = -0.25;
+  const LensCamera plain = CameraOfColmap({0, {}, {600, 400.5, 300.5}}, "here"),
+                   bent = CameraOfColmap({2, {}, {600, 400.5, 300.5, -0.25}}, "here");
   const ImageSize size{800, 600};
   const RigidMotion pose = NearbyPose(0);
   const cv::Mat straight = Render(texture, plain, pose, size);

@@ -64,9 +64,7 @@ void WriteKitti(const Views& views, const std::string& root) {
 
 void WriteColmap(const Views& views, const std::string& root) {
   fs::create_directories(root + "/images");
-  LensCamera camera = PlainCamera();
-  camera.K = Calibration(300, 300, 158, 121);
-  camera.k1 = -0.15;
+  const LensCamera camera = CameraOfColmap({2, {320, 240}, {300, 158.5, 121.5, -0.15}}, root);
   const std::vector<std::string> names = {"im-0.png", "im-1.png", "im-2.png"};
   for (int i = 0; i < 3; ++i) views.Write(root + "/images/" + names[i], i, camera);
   WriteColmapModel(root, "SIMPLE_RADIAL 320 240 300 158.5 121.5 -0.15", names, views.poses);
@@ -257,7 +255,6 @@ TEST_CASE("mistakes of a request are named before the work") {
   CHECK(Has(error([](auto& r) { r.input += "/nowhere"; }), "nowhere"));
   WriteRaw(folder / "file", "x");
   CHECK(Has(error([&](auto& r) { r.output = folder / "file/out"; }), "file"));
-  CHECK(Has(error([](auto& r) { r.choice.every = 2; }), "--every"));
   CHECK(Has(error([](auto& r) { r.calibration.focal = 2; }), "has its own"));
   CHECK(Has(error([](auto& r) { r.format = "images"; }), "--sequence"));
   CHECK(Has(error([](auto& r) { r.options.import_descriptors = "nowhere.h5"; }), "nowhere.h5: no such file"));
@@ -325,7 +322,7 @@ TEST_CASE("scenes that are there stay, and an interrupted preparation goes on wi
   // taken from their file, it would be left out.
   request.options = {};
   request.output = folder / "again";
-  const ImageSource source = ReadKitti(request.input, "07", {1, 2});
+  const ImageSource source = ReadKitti(request.input, "07", {1, {1, 2}});
   const FeatureCache cache(request.output + "/.keypoints-kitti_07_step_01", request.options.features);
   for (const SourceImage& image : source.images)
     cache.Write(image.name, image.path, ExtractRawFeatures(image.path, request.options.features));
