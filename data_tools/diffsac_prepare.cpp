@@ -9,6 +9,7 @@
 #include "lab/config/program.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/terminal_log.h"
+#include "lab/images/modelnet_pairs.h"
 #include "lab/images/run_pairs.h"
 #include "lab/images/warp_images.h"
 
@@ -28,6 +29,9 @@ constexpr const char* kPairsExamples =
     "  diffsac_prepare pairs --format images --input photographs --output runs/pairs\n"
     "  diffsac_prepare pairs --format colmap --input model --output runs/pairs --max-pairs 100\n"
     "  diffsac_prepare pairs --format kitti --input kitti --sequence 00 --steps 1,5 --output runs/pairs\n";
+
+constexpr const char* kModelnetExamples =
+    "  diffsac_prepare modelnet --input ModelNet40 --output runs/pairs --subset train --pairs 1000\n";
 
 constexpr const char* kWarpExamples =
     "  diffsac_prepare warp --input photographs --output runs/warped\n"
@@ -85,6 +89,19 @@ void AddPairs(CLI::App* app, diffsac::PairsRequest* request) {
   app->add_option("--threads", options.threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
 }
 
+void AddModelnet(CLI::App* app, diffsac::ModelnetRequest* request) {
+  app->add_option("--input", request->input, "Folder of OFF files, at any depth")->required();
+  app->add_option("--output", request->output, "Folder for the scene's folder")->required();
+  app->add_option("--scene", request->scene, "Name of the scene");
+  app->add_option("--subset", request->subset, "Only meshes in folders of this name: train or test (default: all)");
+  app->add_option("--pairs", request->pairs, "Pairs");
+  app->add_option("--outlier-ratio", request->outlier_ratio, "Share of outliers, R or LOW,HIGH")->delimiter(',');
+  app->add_option("--points", request->points, "Correspondences a pair");
+  app->add_option("--seed", request->seed, "Seed of all that is drawn")->check(diffsac::NumberFrom(0));
+  app->add_flag("--overwrite", request->overwrite, "Make the scene again when it is there already");
+  app->add_option("--threads", request->threads, "Threads (0: all cores)")->check(diffsac::NumberWithin(0, 1024));
+}
+
 void AddWarp(CLI::App* app, diffsac::WarpRequest* request) {
   app->add_option("--input", request->input, "Folder of images")->required();
   app->add_option("--output", request->output, "Folder for the images' folders")->required();
@@ -108,6 +125,7 @@ int Ended(bool finished, const std::string& where) {
 /// What the command line asks for: one of the subcommands.
 struct Requests {
   diffsac::PairsRequest pairs;
+  diffsac::ModelnetRequest modelnet;
   diffsac::WarpRequest warp;
 };
 
@@ -128,6 +146,8 @@ void HideEmptyDefaults(CLI::App* app) {
 void AddCommands(CLI::App* app, Requests* requests) {
   AddPairs(AddCommand(app, "pairs", "Images, calibration and truth to correspondence files", kPairsExamples),
            &requests->pairs);
+  AddModelnet(AddCommand(app, "modelnet", "Virtual views of meshes to correspondence files", kModelnetExamples),
+              &requests->modelnet);
   AddWarp(AddCommand(app, "warp", "Images as planes seen from other places, for pairs --format homographies",
                      kWarpExamples),
           &requests->warp);
@@ -135,6 +155,8 @@ void AddCommands(CLI::App* app, Requests* requests) {
 
 int Run(const std::string& command, const Requests& requests) {
   if (command == "warp") return Ended(diffsac::WarpImages(requests.warp, stop_requested), requests.warp.output);
+  if (command == "modelnet")
+    return Ended(diffsac::WriteModelnetPairs(requests.modelnet, stop_requested).finished, requests.modelnet.output);
   return Ended(diffsac::RunPairs(requests.pairs, stop_requested).finished, requests.pairs.output);
 }
 

@@ -16,7 +16,7 @@ grep -qE -- '--device TEXT(=cpu| \[cpu\])' "$own/out" || { cat "$own/out"; fail 
 helps train
 grep -qE -- '--group-timeout FLOAT(=| \[)' "$own/out" || fail "a default is not named"
 helps prepare
-for command in pairs warp; do helps prepare "$command"; done
+for command in pairs segments sets tutorial modelnet warp inspect; do helps prepare "$command"; done
 helps prepare warp
 grep -qE -- '--max-image-size INT(=1024| \[1024\])' "$own/out" || { cat "$own/out"; fail "a default is not named"; }
 

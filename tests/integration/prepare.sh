@@ -92,6 +92,14 @@ else
 fi
 expect_error 'nowhere' convert tutorial "$own/nowhere"
 
+# Views of a mesh.
+printf 'OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 1 3\n3 0 2 3\n3 1 2 3\n' >"$own/mesh.off"
+run_expecting 0 prepare modelnet --input "$own/mesh.off" --output "$own/meshes" --pairs 3 --points 50 --outlier-ratio 0.4
+run_expecting 0 convert inspect "$own/meshes" --threshold-px 4
+grep -qE '^modelnet40 +3 .* 60\.0 .* ok +sizes K pose E F labels$' "$own/out" || { cat "$own/out" >&2; fail "no summary"; }
+expect_error 'outlier-ratio' prepare modelnet --input "$own/mesh.off" --output "$own/meshes" --outlier-ratio 2
+expect_error 'nowhere' prepare modelnet --input "$own/nowhere" --output "$own/meshes"
+
 # Ctrl-C: no scene that is not complete, and the next call goes on with the keypoints. Job control gives the background
 # job the default SIGINT.
 mkdir "$own/many"
