@@ -29,8 +29,8 @@ Examples:
   diffsac_train --resume --output runs/my_line
   diffsac_eval --config configs/tables/line.yaml --checkpoint runs/my_line/checkpoints/best.safetensors
 
-The run's folder gets checkpoints/best.safetensors and last.safetensors, metrics.csv, report.html (it reloads itself
-while the training runs) and a file for TensorBoard (tensorboard --logdir runs).
+The run's folder gets checkpoints/best.safetensors and last.safetensors, metrics.csv and report.html (it reloads
+itself while the training runs). scripts/report/to_tensorboard.py makes TensorBoard's files of metrics.csv.
 Documentation: README.md; docs/configuration.md has every key of a configuration, docs/report.md explains the report,
 docs/reliability.md what a run's folder may hold.
 )";
