@@ -85,39 +85,15 @@ RunSetup SetupOf(const EvalRequest& request) { return {request.context.checkpoin
 
 Shard ShardOf(const EvalRequest& request) { return request.shard.empty() ? Shard() : ShardFromText(request.shard); }
 
-/// The plain values of a configuration, and so the files that it names.
-void AddValuesOf(const Config& config, std::vector<std::string>* values) {
-  const std::vector<std::string> keys = config.Keys();
-  for (const std::string& key : keys) AddValuesOf(config.Sub(key), values);
-  if (!keys.empty()) return;
-  try {
-    for (const Config& item : config.Sequence("")) AddValuesOf(item, values);
-  } catch (const Error&) {
-    values->push_back(config.Text());  // No list.
-  }
-}
-
-/// A value's file, or the data files of its folder; values that name neither add nothing.
-void AddFilesOf(const std::string& value, std::vector<std::string>* files) {
-  namespace fs = std::filesystem;
-  std::error_code code;
-  if (fs::is_regular_file(value, code)) files->push_back(value);
-  if (!fs::is_directory(value, code)) return;
-  for (fs::directory_iterator at(value, code), end; !code && at != end; at.increment(code))
-    if (at->is_regular_file(code) && at->path().extension() != ".md") files->push_back(at->path().string());
-}
-
 /// Of what the run writes nothing may be what it reads; what an earlier run left in its folder is replaced.
 void RefuseInputs(const EvalRequest& request, const ExperimentOptions& experiment, const std::string& folder) {
-  std::vector<std::string> values = {request.context.checkpoint_override}, outputs, files;
-  for (const Condition& condition : experiment.conditions) AddValuesOf(condition.data, &values);
-  for (const EstimatorRow& row : experiment.methods) AddValuesOf(row.config, &values);
-  for (const std::string& value : values) AddFilesOf(value, &files);
-  files.push_back(request.config_path);
+  std::vector<std::string> inputs = DataPaths(experiment), outputs;
+  for (const std::string& file : RowFiles(experiment)) inputs.push_back(file);
+  inputs.insert(inputs.end(), {request.config_path, request.context.checkpoint_override});
   if (ProgramOfRun(folder).empty())
     for (const char* name : {"config.yaml", "problems.csv", kEstimatesFile, kRunFile})
       outputs.push_back(folder + "/" + name);
-  RefuseInputsAsOutputs(outputs, files);
+  RefuseInputsAsOutputs(outputs, inputs);
 }
 
 // Trains what is asked for and leaves out what is missing. False: `*code` is how the program ends.

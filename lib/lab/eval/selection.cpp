@@ -28,8 +28,10 @@ std::vector<std::string> PathsOf(const Condition& condition) {
   return paths;
 }
 
-std::string CheckpointOf(const EstimatorRow& row) {
-  return row.config.Has("checkpoint") ? row.config.Text("checkpoint") : "";
+std::string FileOf(const EstimatorRow& row) {
+  for (const char* key : {"recording", "checkpoint"})
+    if (row.config.Has(key)) return row.config.Text(key);
+  return "";
 }
 
 /// Of the list `paths` those that are there; in a document of its own, for copies of an experiment share theirs.
@@ -78,7 +80,7 @@ void LeaveOutData(ExperimentOptions* experiment) {
 void LeaveOutRows(ExperimentOptions* experiment) {
   std::vector<std::string> kept;
   for (const EstimatorRow& row : experiment->methods) {
-    const std::string file = row.config.Has("recording") ? row.config.Text("recording") : CheckpointOf(row);
+    const std::string file = FileOf(row);
     if (file.empty() || IsThere(file))
       kept.push_back(row.name);
     else
@@ -111,12 +113,10 @@ std::vector<std::string> DataPaths(const ExperimentOptions& experiment) {
   return all;
 }
 
-std::vector<std::string> Checkpoints(const ExperimentOptions& experiment) {
+std::vector<std::string> RowFiles(const ExperimentOptions& experiment) {
   std::vector<std::string> all;
-  for (const EstimatorRow& row : experiment.methods) {
-    const std::string checkpoint = CheckpointOf(row);
-    if (!checkpoint.empty()) AddOnce(checkpoint, &all);
-  }
+  for (const EstimatorRow& row : experiment.methods)
+    if (const std::string file = FileOf(row); !file.empty()) AddOnce(file, &all);
   return all;
 }
 

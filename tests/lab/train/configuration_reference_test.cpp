@@ -8,13 +8,14 @@ namespace diffsac {
 
 TEST_CASE("docs/configuration.md is what the code describes") {
   INFO("cmake --build --preset release --target diffsac_reference writes it");
-  const bool current = ReadFile(DIFFSAC_SOURCE_DIR "/docs/configuration.md") == ConfigurationReference();
+  const std::string head = ReadFile(DIFFSAC_SOURCE_DIR "/lib/lab/train/configuration_head.md");
+  const bool current = ReadFile(DIFFSAC_SOURCE_DIR "/docs/configuration.md") == head + ConfigurationReference();
   CHECK(current);
 }
 
 TEST_CASE("Every key of the reference has a meaning") {
   const std::string text = ConfigurationReference();
-  CHECK(text.size() < 40000);
+  CHECK(text.size() < 36400);
   std::string without;
   for (std::size_t begin = 0, end = text.find('\n'); end != std::string::npos;
        begin = end + 1, end = text.find('\n', begin)) {
