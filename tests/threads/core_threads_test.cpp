@@ -97,7 +97,6 @@ TEST_CASE("a prefetcher's items, its counters, an error and an early end") {
     for (int i = 0; i < 60; ++i) {
       CHECK(items.Next() == std::vector<int>(50, i));
       CHECK(items.wait_seconds() >= 0.0);
-      CHECK(items.consumed() == static_cast<std::uint64_t>(i) + 1);
     }
     // The destructor drops those in the making.
   }
