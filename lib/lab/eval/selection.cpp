@@ -1,24 +1,16 @@
 #include "lab/eval/selection.h"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "diffsac/core/status.h"
+#include "lab/config/resources.h"
 #include "lab/options/config_tree.h"
 
 namespace diffsac {
 namespace {
 
-bool IsThere(const std::string& path) { return std::filesystem::exists(path); }
-
 void AddOnce(const std::string& text, std::vector<std::string>* texts) {
   if (std::find(texts->begin(), texts->end(), text) == texts->end()) texts->push_back(text);
-}
-
-std::string Joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
 }
 
 std::vector<std::string> PathsOf(const Condition& condition) {
@@ -99,7 +91,7 @@ void SelectEstimators(const std::vector<std::string>& names, ExperimentOptions* 
   for (const std::string& name : names) {
     if (std::find(known.begin(), known.end(), name) == known.end())
       throw Error("--methods: no method is named '" + name + "'; did you mean '" + NearestWord(name, known) +
-                  "'? The configuration has " + Joined(known));
+                  "'? The configuration has " + Listed(known));
   }
   std::erase_if(experiment->methods, [&](const EstimatorRow& row) {
     return std::find(names.begin(), names.end(), row.name) == names.end();
