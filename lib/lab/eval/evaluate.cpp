@@ -9,7 +9,6 @@
 #include "diffsac/core/status.h"
 #include "diffsac/estimate/diffsac_model.h"
 #include "lab/config/make_estimator.h"
-#include "lab/config/meant_paths.h"
 #include "lab/config/paths.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
@@ -30,26 +29,6 @@ std::string Quoted(const std::string& text) {
   return quoted + "'";
 }
 
-/// The rows of a configuration, with all their keys.
-std::vector<PlacedConfig> RowsOf(const EvalRequest& request) {
-  const ExperimentOptions experiment = ReadExperiment(ConfigFromFile(request.config_path));
-  std::vector<PlacedConfig> rows;
-  for (const EstimatorRow& row : experiment.methods) try {
-      rows.emplace_back("methods." + row.name, ResolvedRow(row.config, experiment.task, request.context));
-    } catch (const Error&) {
-      continue;  // Its network is not there, say.
-    }
-  return rows;
-}
-
-ExperimentOptions Read(const Config& config, const EvalRequest& request) {
-  try {
-    return ReadExperiment(config);
-  } catch (const Error& error) {
-    throw Error(WithMeantPaths(error, request.assignments, [&] { return RowsOf(request); }));
-  }
-}
-
 }  // namespace
 
 ExperimentOptions ReadRequest(const EvalRequest& request) {
@@ -59,7 +38,7 @@ ExperimentOptions ReadRequest(const EvalRequest& request) {
   if (request.seed >= 0) SetYaml(&config, "seeds=~");
   if (request.context.threads > 0) SetYaml(&config, "threads=" + std::to_string(request.context.threads));
   if (!request.data_root.empty()) SetYaml(&config, "data_root=" + Quoted(request.data_root));
-  ExperimentOptions experiment = Read(config, request);
+  ExperimentOptions experiment = ReadExperiment(config);
   SelectEstimators(request.methods, &experiment);
   if (request.limit > 0) experiment.problems = std::min(experiment.problems, request.limit);
   return experiment;
