@@ -43,7 +43,7 @@ void RunPoints(const std::string& bytes) {
   static const std::string file = MakePoses();
   ByteReader reader(bytes);
   EditHdf5(WriteScratch("scene/scene_points.h5", file), &reader);
-  Parses({path, Scratch()},
+  Parses({Scratch()},
          [&] { MakeDataset(ConfigFromYaml("{type: absolute_poses, paths: [" + Scratch() + "/scene]}"), 1); });
 }
 

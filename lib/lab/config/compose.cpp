@@ -124,10 +124,18 @@ class Methods {
     label->scalar.replace(std::min(star, label->scalar.size()), 1, star == std::string::npos ? " " + level : level);
   }
 
+  /// Type and preset first, in whatever order they were put together: a resolved row reads back to the same.
+  static ConfigTree Ordered(ConfigTree row) {
+    const auto rank = [](const ConfigEntry& entry) { return entry.key == "type" ? 0 : entry.key == "preset" ? 1 : 2; };
+    std::stable_sort(row.entries.begin(), row.entries.end(),
+                     [&](const ConfigEntry& a, const ConfigEntry& b) { return rank(a) < rank(b); });
+    return row;
+  }
+
   /// A row for each combination of the levels that `sweep` has; without it the row itself.
   void Expand(ConfigTree row, ConfigTree* rows) const {
     ConfigTree sweep = Take(&row, "sweep");
-    if (sweep.entries.empty()) return rows->items.push_back(std::move(row));
+    if (sweep.entries.empty()) return rows->items.push_back(Ordered(std::move(row)));
     const auto [key, levels] = sweep.entries.front();
     sweep.entries.erase(sweep.entries.begin());
     const auto add = [&](const std::string& level, ConfigTree part) {

@@ -155,7 +155,7 @@ TEST_CASE("a run that is there is not made again") {
   EvalRequest request = Request(folder);
   CHECK_THAT(RunAgain(request), Contains("mAA@0.5deg"));
   CHECK_THAT(RunAgain(request), Contains("made already"));
-  request.assignments = {"methods.ransac_20.label=twenty sets"};  // A caption.
+  request.assignments = {"methods.0.label=twenty sets"};  // A caption.
   CHECK_THAT(RunAgain(request), Contains("made already"));
   CHECK_THAT(ReadFile(folder.File("out/run.json")), Contains("twenty sets"));
   request.limit = 5;  // Another experiment.

@@ -49,7 +49,7 @@ TEST_CASE("captions are kept and make no other experiment") {
 TEST_CASE("the written experiment reads back to the same") {
   const std::string once = WriteExperiment(SmallExperiment());
   CHECK(WriteExperiment(Read(once)) == once);
-  CHECK_THAT(once, Contains("min_extent"));  // Defaults of the data are filled in.
+  CHECK_THAT(once, Contains("model_sampling"));  // Defaults of the data are filled in.
 }
 
 TEST_CASE("mistakes name the file, the line and the nearest name") {

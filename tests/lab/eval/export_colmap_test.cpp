@@ -258,7 +258,7 @@ TEST_CASE("export to COLMAP: where it fails the run is complete and the database
   EvalRequest request = project.Request();
   CHECK(Has(project.Run(request), "1 of the 2 pairs have a two-view geometry already; --export-overwrite"));
   CHECK(std::filesystem::exists(project.folder / "run/estimates.h5"));
-  CHECK(std::filesystem::exists(project.folder / "run/results.json"));
+  CHECK(std::filesystem::exists(project.folder / "run/run.json"));
   CHECK(project.Row({1, 2}).second == -1);
   CHECK(project.Row({2, 3}).second == 7);
   request.colmap.overwrite = true;

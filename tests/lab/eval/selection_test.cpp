@@ -64,7 +64,6 @@ methods:
   - {name: both, type: ransac}
   - {name: here_alone, type: ransac, conditions: [here]}
   - {name: absent_alone, type: ransac, label: Lost, conditions: [absent]}
-reference: absent_alone
 )";
   ExperimentOptions experiment = Read(text);
   CHECK(DataPaths(experiment) == std::vector<std::string>{"no/such/pairs"});
