@@ -1,6 +1,4 @@
-"""to_tensorboard.py [--follow SECONDS] RUN...: event files for TensorBoard, of the metrics.csv of trainings' folders.
-
-    python3 scripts/report/to_tensorboard.py runs/my_line && tensorboard --logdir runs"""
+"""to_tensorboard.py RUN... && tensorboard --logdir runs: event files for TensorBoard, of the metrics.csv of trainings' folders."""
 import argparse
 import csv
 import glob
@@ -20,11 +18,13 @@ parser.add_argument("--follow", type=float, help="go on, and look for new rows a
 parser.add_argument("runs", nargs="+", metavar="RUN", help="folder of a training")
 arguments = parser.parse_args()
 writers, last = {}, dict.fromkeys(arguments.runs, 0)
-while not writers or arguments.follow:
-    time.sleep(arguments.follow if writers else 0)
+while not writers or (arguments.follow and not time.sleep(arguments.follow)):
     for run in arguments.runs:
-        with open(os.path.join(run, "metrics.csv"), encoding="utf-8") as file:
-            rows = [row for row in csv.DictReader(file) if int(row["iteration"]) > last[run]]
+        try:
+            with open(os.path.join(run, "metrics.csv"), encoding="utf-8") as file:
+                rows = [row for row in csv.DictReader(file) if int(row["iteration"]) > last[run]]
+        except OSError as error:
+            sys.exit(f"to_tensorboard.py: {error}")
         if run not in writers:
             for earlier in glob.glob(os.path.join(glob.escape(run), "events.out.tfevents.*")):
                 os.remove(earlier)
