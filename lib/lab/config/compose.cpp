@@ -124,9 +124,10 @@ class Methods {
     label->scalar.replace(std::min(star, label->scalar.size()), 1, star == std::string::npos ? " " + level : level);
   }
 
-  /// Type and preset first, in whatever order they were put together: a resolved row reads back to the same.
+  /// Name, type and preset first, in whatever order they were put together: a resolved row reads back to the same.
   static ConfigTree Ordered(ConfigTree row) {
-    const auto rank = [](const ConfigEntry& entry) { return entry.key == "type" ? 0 : entry.key == "preset" ? 1 : 2; };
+    const std::vector<std::string> first = {"name", "type", "preset"};
+    const auto rank = [&](const ConfigEntry& entry) { return std::find(first.begin(), first.end(), entry.key); };
     std::stable_sort(row.entries.begin(), row.entries.end(),
                      [&](const ConfigEntry& a, const ConfigEntry& b) { return rank(a) < rank(b); });
     return row;

@@ -84,13 +84,16 @@ class Reference {
     return own != own_keys_.end() && lacking < own->second.size() && shorter.size() < list.size() ? shorter : list;
   }
 
+  /// The group of a map's keys. Those of `inference` are the keys of the methods with a network.
+  static std::string GroupOf(const OptionDescription& map) { return map.key == "inference" ? "" : map.key; }
+
   /// `group`: the key of the map that holds it.
   static std::string IdOf(const std::string& group, const OptionDescription& key) {
     return group + "." + key.key + "|" + key.help;
   }
 
   bool IsKnown(const std::string& group, const OptionDescription& key) const {
-    const auto child_known = [&](const OptionDescription& child) { return IsKnown(key.key, child); };
+    const auto child_known = [&](const OptionDescription& child) { return IsKnown(GroupOf(key), child); };
     return key.children.empty() ? known_.count(IdOf(group, key)) > 0
                                 : std::all_of(key.children.begin(), key.children.end(), child_known);
   }
@@ -107,7 +110,7 @@ class Reference {
   std::string Changed(const std::string& path, const OptionDescription& map) const {
     std::string text;
     for (const OptionDescription& key : map.children) {
-      const std::string named = Named(path, map.key, key);
+      const std::string named = Named(path, GroupOf(map), key);
       text += !key.children.empty()           ? Changed(path + key.key + ".", key)
               : named != Code(path + key.key) ? ", " + named
                                               : "";
@@ -116,7 +119,7 @@ class Reference {
   }
 
   std::string PlaceOf(const std::string& group, const OptionDescription& key) const {
-    return key.children.empty() ? known_.at(IdOf(group, key)).place : PlaceOf(key.key, key.children.front());
+    return key.children.empty() ? known_.at(IdOf(group, key)).place : PlaceOf(GroupOf(key), key.children.front());
   }
 
   /// `path`: of the map, with a dot behind.
@@ -134,7 +137,7 @@ class Reference {
       text_ += "\n";
       if (path.empty()) own_keys_[place_].push_back(Code(key.key));
       if (key.children.empty()) known_[IdOf(group, key)] = {place_, key.default_value};
-      Write(full + ".", key.key, key.children, earlier);
+      Write(full + ".", GroupOf(key), key.children, earlier);
     }
   }
 
