@@ -5,7 +5,6 @@
 #include <iostream>
 
 #include "diffsac/estimate/diffsac_model.h"
-#include "lab/config/meant_paths.h"
 #include "lab/config/number_checks.h"
 #include "lab/config/paths.h"
 #include "lab/config/process.h"
@@ -29,8 +28,8 @@ Examples:
   diffsac_train --resume --output runs/my_line
   diffsac_eval --config configs/tables/line.yaml --checkpoint runs/my_line/checkpoints/best.safetensors
 
-The run's folder gets checkpoints/best.safetensors and last.safetensors, metrics.csv, report.html (it reloads itself
-while the training runs) and a file for TensorBoard (tensorboard --logdir runs).
+The run's folder gets checkpoints/best.safetensors and last.safetensors, metrics.csv and report.html (it reloads
+itself while the training runs). scripts/report/to_tensorboard.py makes TensorBoard's files of metrics.csv.
 Documentation: README.md; docs/configuration.md has every key of a configuration, docs/report.md explains the report,
 docs/reliability.md what a run's folder may hold.
 )";
@@ -72,18 +71,6 @@ void AddOptions(CLI::App* app, CommandLine* line) {
       ->check(diffsac::NumberAbove(0));
 }
 
-diffsac::TrainRequest RequestOf(const diffsac::Config& config, const CommandLine& line) {
-  try {
-    return diffsac::TrainRequest(config);
-  } catch (const diffsac::Error& error) {
-    throw diffsac::Error(diffsac::WithMeantPaths(error, line.assignments, [&]() -> std::vector<diffsac::PlacedConfig> {
-      if (line.config_path.empty()) return {};
-      const auto options = diffsac::ReadTrainConfig(diffsac::ConfigFromFile(line.config_path));
-      return {{"", diffsac::ConfigFromYaml(diffsac::WriteTrainConfig(options))}};
-    }));
-  }
-}
-
 diffsac::TrainRequest ReadRequest(const CommandLine& line) {
   auto config = line.config_path.empty() ? diffsac::ConfigurationToResume(line.output)
                                          : diffsac::ConfigFromFile(line.config_path);
@@ -91,7 +78,7 @@ diffsac::TrainRequest ReadRequest(const CommandLine& line) {
   if (line.seed >= 0) SetYaml(&config, "train.seed=" + std::to_string(line.seed));
   // What neither an import nor a training that goes on reads need not be there.
   if (line.weights.empty() && !line.resume) diffsac::RequirePaths(config, {"train.start_from"}, "checkpoint");
-  diffsac::TrainRequest request = RequestOf(config, line);
+  diffsac::TrainRequest request(config);
   request.output = line.output.empty() ? "runs/" + request.options.name : line.output;
   request.resume = line.resume;
   request.overwrite = line.overwrite;

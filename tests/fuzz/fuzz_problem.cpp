@@ -153,10 +153,7 @@ DgsacOptions ReadDgsac(ByteReader* reader) {
   DgsacOptions options;
   options.max_iterations = 1 + reader->Below(60);
   options.stopping = Choose<DgsacStopping>(reader);
-  options.guided = reader->Flag();
-  options.choose = Choose<DgsacChoice>(reader);
-  options.refit = Choose<DgsacRefit>(reader);
-  options.refit_rounds = 1 + reader->Below(6);
+  options.refit_rounds = reader->Below(7);
   return options;
 }
 

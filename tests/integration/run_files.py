@@ -53,29 +53,12 @@ def check_text(data):
     assert data.endswith(b"\n"), "no end of the last line"
 
 
-def records_in(data):
-    """The records of a file for TensorBoard, to where half a one begins."""
-    at = 0
-    while at + 12 <= len(data):
-        length = struct.unpack_from("<Q", data, at)[0]
-        if at + 16 + length > len(data):
-            return
-        yield data[at + 12:at + 12 + length]
-        at += 16 + length
-
-
-def scalars_of(record):
-    """The step and the named numbers of an event, less what a clock decides: its bytes 1 to 8, and the wait for data."""
-    kept, at = record[9:], record.find(b"data_wait_share")
-    return kept if at < 0 else kept[:at - 13] + kept[at + 11:]
-
-
 def check_file(path):
     with open(path, "rb") as file:
         data = file.read()
     name, extension = os.path.split(path)[1], os.path.splitext(path)[1]
-    if name == "log.txt" or extension == ".bin" or ".tfevents." in name:
-        return  # Logs grow line by line or record by record; a cache says its length, and what does not fit is made again.
+    if name == "log.txt" or extension == ".bin":
+        return  # Logs grow line by line; a cache says its length, and what does not fit is made again.
     checks = {".png": check_png, ".h5": check_hdf5, ".safetensors": check_safetensors, ".html": check_html,
               ".json": json.loads, ".csv": check_csv if name == "table.csv" else check_table}
     try:
@@ -102,8 +85,6 @@ def without_times(path):
         return None
     with open(path, "rb") as file:
         data = file.read()
-    if ".tfevents." in name:
-        return [scalars_of(record) for record in records_in(data)]
     if extension == ".csv":
         rows = list(csv.reader(data.decode().splitlines()))
         kept = [i for i, column in enumerate(rows[0]) if not column.startswith("ms_") and column != "data_wait_share"]

@@ -361,6 +361,12 @@ class PartsTest(unittest.TestCase):
             self.assertNotIn('http-equiv="refresh"', page.html)
             self.assertIn('data-value="30">30</td>', page.body)
             self.assertIn("To iteration 30.", page.body)
+            script = os.path.join(SOURCE, "scripts", "report", "to_tensorboard.py")
+            made = subprocess.run([sys.executable, script, folder], capture_output=True, text=True)
+            if importlib.util.find_spec("tensorboard"):
+                self.assertTrue([name for name in os.listdir(folder) if name.startswith("events.out.tfevents.")], made.stderr)
+            else:
+                self.assertIn("pip install tensorboard", made.stderr)
 
 
 class VerdictsTest(unittest.TestCase):

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -61,13 +60,13 @@ class DgsacRun {
     result->unique_minimal_sets = CountUniqueSets(sets_, Model::kMinimalSize);
     result->first_sets = FirstSets(sets_, Model::kMinimalSize);
     std::vector<Candidate> instances = Instances(Candidates());
-    if (options_.refit == DgsacRefit::kDensity) {
+    if (options_.refit_rounds > 0) {
       for (Candidate& instance : instances) Refit(&instance);
       instances = Instances(std::move(instances));
     }
     result->instances = static_cast<int>(std::count_if(instances.begin(), instances.end(),
                                                        [&](const Candidate& instance) { return IsClear(instance); }));
-    if (!instances.empty()) Report(instances[Choose(instances)], result);
+    if (!instances.empty()) Report(instances.front(), result);
     result->hypotheses = hypotheses_;
     result->sets = std::move(sets_);
   }
@@ -95,12 +94,7 @@ class DgsacRun {
     std::vector<int> set(Model::kMinimalSize);
     for (const int first : firsts) {
       Rng rng = DrawRng(rng_, drawn_++);
-      if (options_.guided) {
-        guide_.Draw(first, Model::kMinimalSize, rng, set.data());
-      } else {
-        DrawDistinct(scorer_.size(), Model::kMinimalSize, rng, set.data());
-        std::sort(set.begin(), set.end());
-      }
+      guide_.Draw(first, Model::kMinimalSize, rng, set.data());
       sets_.insert(sets_.end(), set.begin(), set.end());
       Solve(set.data());
     }
@@ -186,18 +180,6 @@ class DgsacRun {
     return result;
   }
 
-  /// The structure that is reported, the densest where equal.
-  int Choose(const std::vector<Candidate>& instances) const {
-    if (options_.choose == DgsacChoice::kDensest) return 0;
-    std::vector<int> points(instances.size(), 0), all(instances.size());
-    std::iota(all.begin(), all.end(), 0);
-    std::vector<DensityHypothesis> densities;
-    for (const Candidate& instance : instances) densities.push_back(instance.density);
-    for (const int owner : AssignPoints(densities, all))
-      if (owner >= 0) ++points[owner];
-    return static_cast<int>(std::max_element(points.begin(), points.end()) - points.begin());
-  }
-
   void Refit(Candidate* best) {
     for (int round = 0; round < options_.refit_rounds; ++round) {
       const DensityHypothesis& now = best->density;
@@ -278,12 +260,8 @@ void DgsacOptions::Bind(OptionsBinder& b) {
   b.Field("max_iterations", max_iterations, Within(1, 1e6))
       .Help("minimal sets: at most, or exactly so many with stopping: budget");
   b.Field("stopping", stopping).Help("explained, the paper's: once another round explains fewer than γ points better");
-  b.Field("guided", guided).Help("false: uniform sets, for comparison");
-  b.Field("choose", choose).Help("the one model of data with several structures");
-  b.Field("refit", refit).Help("of each structure, on the inliers that its density tells");
-  b.Field("refit_rounds", refit_rounds, AtLeast(1))
-      .OnlyIf(refit == DgsacRefit::kDensity, "refit: density")
-      .Help("at most");
+  b.Field("refit_rounds", refit_rounds, AtLeast(0))
+      .Help("of each structure, on the inliers that its density tells; at most");
 }
 
 }  // namespace diffsac

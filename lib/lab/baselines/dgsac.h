@@ -15,28 +15,13 @@ template <>
 inline constexpr auto kEnumNames<DgsacStopping> = NamesOf<DgsacStopping>({{DgsacStopping::kExplained, "explained"},
                                                                           {DgsacStopping::kBudget, "budget"}});
 
-/// The one model of data with several structures: the greatest Goodness (residual_density.h) | the most points
-/// assigned.
-enum class DgsacChoice { kDensest, kLargest };
-template <>
-inline constexpr auto kEnumNames<DgsacChoice> = NamesOf<DgsacChoice>({{DgsacChoice::kDensest, "densest"},
-                                                                      {DgsacChoice::kLargest, "largest"}});
-
-/// Of each structure, before one is chosen: kDensity, by least squares on the inliers that its density tells, kept
-/// unless its evidence clearly falls (by more than ln n).
-enum class DgsacRefit { kNone, kDensity };
-template <>
-inline constexpr auto kEnumNames<DgsacRefit> = NamesOf<DgsacRefit>({{DgsacRefit::kNone, "none"},
-                                                                    {DgsacRefit::kDensity, "density"}});
-
 /// Density guided sampling and consensus (Tiwari and Anand, WACV 2018): docs/dgsac.md has the steps and what the paper
 /// leaves open. Nothing here is a length: no inlier threshold, no noise scale.
 struct DgsacOptions {
   int max_iterations = 1000;  ///< Minimal sets: at most, or exactly so many with stopping "budget".
   DgsacStopping stopping = DgsacStopping::kExplained;
-  bool guided = true;  ///< false: uniform sets, for comparison.
-  DgsacChoice choose = DgsacChoice::kDensest;
-  DgsacRefit refit = DgsacRefit::kDensity;
+  /// Of each structure, at most: least squares on the inliers that its density tells, kept unless its evidence clearly
+  /// falls (by more than ln n).
   int refit_rounds = 10;
   void Bind(OptionsBinder& b);
 };

@@ -28,14 +28,10 @@ inline constexpr auto kEnumNames<PnpPreset> = NamesOf<PnpPreset>({{PnpPreset::kR
 
 namespace {
 
-struct OpencvPnpOptions {
-  int max_iterations = 1000;
-  double confidence = 0.9999;
+struct OpencvPnpOptions : OpencvOptions {
   PnpPreset preset = PnpPreset::kDefault;
   void Bind(OptionsBinder& b) {
-    b.Field("max_iterations", max_iterations, AtLeast(1))
-        .Help("OpenCV's maximum; it may stop earlier by its confidence");
-    b.Field("confidence", confidence, Within(0.0, 1.0)).Help("of OpenCV's stopping rule");
+    OpencvOptions::Bind(b);
     b.Field("preset", preset).Help("OpenCV's flag; `prosac` gets the points best first, `ransac` is EPnP of 5 points");
   }
 };

@@ -15,29 +15,9 @@ namespace {
 /// OpenCV 4.6 numbers pairs of matches by an int: with more of them its graph cut reads beside its memory.
 constexpr int kMostInGraphCut = 46340;
 
-int FlagOf(OpencvPreset preset) {
-  switch (preset) {
-    case OpencvPreset::kFast:
-      return cv::USAC_FAST;
-    case OpencvPreset::kAccurate:
-      return cv::USAC_ACCURATE;
-    case OpencvPreset::kProsac:
-      return cv::USAC_PROSAC;
-    case OpencvPreset::kMagsac:
-      return cv::USAC_MAGSAC;
-    case OpencvPreset::kParallel:
-      return cv::USAC_PARALLEL;
-    case OpencvPreset::kFundamental8:
-      return cv::USAC_FM_8PTS;
-    case OpencvPreset::kRansac:
-      return cv::RANSAC;
-    case OpencvPreset::kLmeds:
-      return cv::LMEDS;
-    case OpencvPreset::kDefault:
-      break;
-  }
-  return cv::USAC_DEFAULT;
-}
+static_assert(static_cast<int>(OpencvPreset::kLmeds) == cv::LMEDS &&
+              static_cast<int>(OpencvPreset::kRansac) == cv::RANSAC &&
+              static_cast<int>(OpencvPreset::kMagsac) == cv::USAC_MAGSAC);
 
 /// The models that OpenCV has an estimator of, from two images.
 template <class Model>
@@ -72,7 +52,7 @@ Estimate EstimateWithOpencv(const NormalizedProblem& space, const OpencvUsacOpti
   const double threshold = options.threshold > 0.0 ? options.threshold / space.unit() : space.threshold();
   cv::Mat found;
   try {
-    found = RunOpencv<Model>(first, second, threshold, FlagOf(options.preset), options);
+    found = RunOpencv<Model>(first, second, threshold, static_cast<int>(options.preset), options);
   } catch (const cv::Exception&) {
     return estimate;
   }
@@ -96,9 +76,13 @@ std::vector<int> OpencvOrder(const Problem& problem, bool by_quality) {
   return order;
 }
 
-void OpencvUsacOptions::Bind(OptionsBinder& b) {
+void OpencvOptions::Bind(OptionsBinder& b) {
   b.Field("max_iterations", max_iterations, AtLeast(1)).Help("OpenCV's maximum; it may stop earlier by its confidence");
   b.Field("confidence", confidence, Within(0.0, 1.0)).Help("of OpenCV's stopping rule");
+}
+
+void OpencvUsacOptions::Bind(OptionsBinder& b) {
+  OpencvOptions::Bind(b);
   b.Field("threshold", threshold, AtLeast(0.0)).Help("OpenCV's, in the data's unit; 0: the inlier threshold ε");
   b.Field("preset", preset).Help("OpenCV's flag; `prosac` gets the matches best first");
 }

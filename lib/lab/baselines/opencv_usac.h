@@ -7,9 +7,19 @@
 
 namespace diffsac {
 
-/// OpenCV's flags: USAC_*, RANSAC and LMEDS (which knows no threshold). kProsac gets the correspondences sorted by
-/// quality, best first.
-enum class OpencvPreset { kDefault, kFast, kAccurate, kProsac, kMagsac, kParallel, kFundamental8, kRansac, kLmeds };
+/// OpenCV's flags by their values there: USAC_*, RANSAC and LMEDS (which knows no threshold). kProsac gets the
+/// correspondences sorted by quality, best first.
+enum class OpencvPreset {
+  kLmeds = 4,
+  kRansac = 8,
+  kDefault = 32,
+  kParallel,
+  kFundamental8,
+  kFast,
+  kAccurate,
+  kProsac,
+  kMagsac
+};
 template <>
 inline constexpr auto kEnumNames<OpencvPreset> = NamesOf<OpencvPreset>({{OpencvPreset::kDefault, "default"},
                                                                         {OpencvPreset::kFast, "fast"},
@@ -21,10 +31,15 @@ inline constexpr auto kEnumNames<OpencvPreset> = NamesOf<OpencvPreset>({{OpencvP
                                                                         {OpencvPreset::kRansac, "ransac"},
                                                                         {OpencvPreset::kLmeds, "lmeds"}});
 
-/// OpenCV's estimators on the same problems with the same budget: the independent reference of the two-view tables.
-struct OpencvUsacOptions {
+/// When OpenCV stops.
+struct OpencvOptions {
   int max_iterations = 1000;  ///< OpenCV's maxIters; it may stop earlier by its confidence.
   double confidence = 0.9999;
+  void Bind(OptionsBinder& b);
+};
+
+/// OpenCV's estimators on the same problems with the same budget: the independent reference of the two-view tables.
+struct OpencvUsacOptions : OpencvOptions {
   double threshold = 0.0;  ///< OpenCV's, in the data's unit, beside which ε is the mask's alone; 0: ε.
   OpencvPreset preset = OpencvPreset::kDefault;
   void Bind(OptionsBinder& b);

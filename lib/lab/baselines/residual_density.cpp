@@ -135,8 +135,6 @@ DensityHypothesis DescribeHypothesis(const ResidualDensity& density, int minimal
   const int count = result.inliers.count;
   if (count == 0) return result;
   const double area = Area(density, static_cast<int>(density.order.size()));
-  result.share = density.AtPoints();
-  if (area > 0.0) result.share /= area;
   Eigen::VectorXd densities = density.density.head(count);
   std::nth_element(densities.begin(), densities.begin() + count / 2, densities.end());
   result.median_density = densities[count / 2];
@@ -183,23 +181,6 @@ std::vector<int> SelectInstances(const std::vector<DensityHypothesis>& hypothese
     left = std::move(others);
   }
   return selected;
-}
-
-std::vector<int> AssignPoints(const std::vector<DensityHypothesis>& hypotheses, const std::vector<int>& selected) {
-  if (selected.empty()) return {};
-  const std::size_t size = hypotheses[selected.front()].order.size();
-  std::vector<int> owner(size, -1);
-  std::vector<double> best(size, 0.0);
-  for (std::size_t s = 0; s < selected.size(); ++s) {
-    const DensityHypothesis& hypothesis = hypotheses[selected[s]];
-    for (int k = 0; k < hypothesis.inliers.count; ++k) {
-      const int point = hypothesis.order[k];
-      if (owner[point] >= 0 && hypothesis.share[point] <= best[point]) continue;
-      owner[point] = static_cast<int>(s);
-      best[point] = hypothesis.share[point];
-    }
-  }
-  return owner;
 }
 
 }  // namespace diffsac

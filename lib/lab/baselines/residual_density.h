@@ -50,7 +50,6 @@ InlierExtent EstimateInlierExtent(const ResidualDensity& density, int minimal_si
 /// What is kept of a hypothesis for the selection of models.
 struct DensityHypothesis {
   std::vector<int> order;  ///< the points by ascending residual
-  Eigen::VectorXd share;   ///< δ of each point over the area under δ (1 / unit of the residual)
   InlierExtent inliers;
   double median_density = 0.0;  ///< of δ over the inliers
   double area_share = 0.0;      ///< of the area under δ that lies within the inliers' extent, in [0, 1]
@@ -73,9 +72,5 @@ double TopListCorrelation(const std::vector<int>& first, const std::vector<int>&
 /// stands for the structure. Hypotheses of a contrast below `min_contrast` are left out. Indices, first opened first.
 std::vector<int> SelectInstances(const std::vector<DensityHypothesis>& hypotheses, double min_contrast,
                                  double same_instance);
-
-/// The structure that each point belongs to: of the selected hypotheses that count it as an inlier, the one with the
-/// greatest `share` of it, as an index into `selected`, the first where equal; −1 for an outlier of all.
-std::vector<int> AssignPoints(const std::vector<DensityHypothesis>& hypotheses, const std::vector<int>& selected);
 
 }  // namespace diffsac

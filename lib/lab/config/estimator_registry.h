@@ -32,18 +32,6 @@ inline std::string PresetOf(const Config& row, const std::vector<std::string>& p
   return std::find(presets.begin(), presets.end(), named) != presets.end() ? named : presets.front();
 }
 
-/// For the documentation.
-template <class Options>
-struct PresetKeys {
-  std::vector<std::string> presets;
-  Options options;
-  void Bind(OptionsBinder& b) {
-    std::string preset = presets.empty() ? "" : presets.front();
-    TypedOptions<Options>::BindPreset(b, presets, &preset);
-    BindAny(b, options);
-  }
-};
-
 /// A type of row. It is registered at the end of the file that estimates; see RegisteredEstimator, and
 /// lab/config/registered_learned_estimator.h for rows with a network.
 struct EstimatorEntry {
@@ -93,7 +81,8 @@ struct RegisteredEstimator : Registered<EstimatorEntry> {
       return ToConfig(read(config, task));
     };
     entry.describe = [presets, defaults](Task task) {
-      return DescribeOptions(PresetKeys<Options>{presets, defaults(task, presets.empty() ? "" : presets.front())});
+      const std::string preset = presets.empty() ? "" : presets.front();
+      return DescribeOptions(TypedOptions<Options>{"", defaults(task, preset), preset, presets});
     };
     return entry;
   }

@@ -8,7 +8,7 @@
 namespace diffsac {
 
 /// The options that the key `type` chose, with that key beside them, and where the type has several sets of defaults
-/// the key `preset`, which chose among these.
+/// the key `preset`, which chose among these. Without a type: the keys beside it, for their description.
 template <class Options>
 struct TypedOptions {
   std::string type;
@@ -16,7 +16,7 @@ struct TypedOptions {
   std::string preset = {};
   std::vector<std::string> presets = {};
   void Bind(OptionsBinder& b) {
-    b.Choice("type", type, std::vector<std::string>{type});
+    if (!type.empty()) b.Choice("type", type, std::vector<std::string>{type});
     BindPreset(b, presets, &preset);
     BindAny(b, options);
   }

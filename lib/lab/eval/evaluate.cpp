@@ -9,7 +9,6 @@
 #include "diffsac/core/status.h"
 #include "diffsac/estimate/diffsac_model.h"
 #include "lab/config/make_estimator.h"
-#include "lab/config/meant_paths.h"
 #include "lab/config/paths.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/run_lock.h"
@@ -30,26 +29,6 @@ std::string Quoted(const std::string& text) {
   return quoted + "'";
 }
 
-/// The rows of a configuration, with all their keys.
-std::vector<PlacedConfig> RowsOf(const EvalRequest& request) {
-  const ExperimentOptions experiment = ReadExperiment(ConfigFromFile(request.config_path));
-  std::vector<PlacedConfig> rows;
-  for (const EstimatorRow& row : experiment.methods) try {
-      rows.emplace_back("methods." + row.name, ResolvedRow(row.config, experiment.task, request.context));
-    } catch (const Error&) {
-      continue;  // Its network is not there, say.
-    }
-  return rows;
-}
-
-ExperimentOptions Read(const Config& config, const EvalRequest& request) {
-  try {
-    return ReadExperiment(config);
-  } catch (const Error& error) {
-    throw Error(WithMeantPaths(error, request.assignments, [&] { return RowsOf(request); }));
-  }
-}
-
 }  // namespace
 
 ExperimentOptions ReadRequest(const EvalRequest& request) {
@@ -59,7 +38,7 @@ ExperimentOptions ReadRequest(const EvalRequest& request) {
   if (request.seed >= 0) SetYaml(&config, "seeds=~");
   if (request.context.threads > 0) SetYaml(&config, "threads=" + std::to_string(request.context.threads));
   if (!request.data_root.empty()) SetYaml(&config, "data_root=" + Quoted(request.data_root));
-  ExperimentOptions experiment = Read(config, request);
+  ExperimentOptions experiment = ReadExperiment(config);
   SelectEstimators(request.methods, &experiment);
   if (request.limit > 0) experiment.problems = std::min(experiment.problems, request.limit);
   return experiment;
@@ -85,39 +64,15 @@ RunSetup SetupOf(const EvalRequest& request) { return {request.context.checkpoin
 
 Shard ShardOf(const EvalRequest& request) { return request.shard.empty() ? Shard() : ShardFromText(request.shard); }
 
-/// The plain values of a configuration, and so the files that it names.
-void AddValuesOf(const Config& config, std::vector<std::string>* values) {
-  const std::vector<std::string> keys = config.Keys();
-  for (const std::string& key : keys) AddValuesOf(config.Sub(key), values);
-  if (!keys.empty()) return;
-  try {
-    for (const Config& item : config.Sequence("")) AddValuesOf(item, values);
-  } catch (const Error&) {
-    values->push_back(config.Text());  // No list.
-  }
-}
-
-/// A value's file, or the data files of its folder; values that name neither add nothing.
-void AddFilesOf(const std::string& value, std::vector<std::string>* files) {
-  namespace fs = std::filesystem;
-  std::error_code code;
-  if (fs::is_regular_file(value, code)) files->push_back(value);
-  if (!fs::is_directory(value, code)) return;
-  for (fs::directory_iterator at(value, code), end; !code && at != end; at.increment(code))
-    if (at->is_regular_file(code) && at->path().extension() != ".md") files->push_back(at->path().string());
-}
-
 /// Of what the run writes nothing may be what it reads; what an earlier run left in its folder is replaced.
 void RefuseInputs(const EvalRequest& request, const ExperimentOptions& experiment, const std::string& folder) {
-  std::vector<std::string> values = {request.context.checkpoint_override}, outputs, files;
-  for (const Condition& condition : experiment.conditions) AddValuesOf(condition.data, &values);
-  for (const EstimatorRow& row : experiment.methods) AddValuesOf(row.config, &values);
-  for (const std::string& value : values) AddFilesOf(value, &files);
-  files.push_back(request.config_path);
+  std::vector<std::string> inputs = DataPaths(experiment), outputs;
+  for (const std::string& file : RowFiles(experiment)) inputs.push_back(file);
+  inputs.insert(inputs.end(), {request.config_path, request.context.checkpoint_override});
   if (ProgramOfRun(folder).empty())
     for (const char* name : {"config.yaml", "problems.csv", kEstimatesFile, kRunFile})
       outputs.push_back(folder + "/" + name);
-  RefuseInputsAsOutputs(outputs, files);
+  RefuseInputsAsOutputs(outputs, inputs);
 }
 
 // Trains what is asked for and leaves out what is missing. False: `*code` is how the program ends.

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "diffsac/problem/tasks.h"
-#include "lab/eval/instances_error.h"
+#include "lab/ground_truth/instances_error.h"
 #include "lab/ground_truth/task_truth.h"
 
 namespace diffsac {

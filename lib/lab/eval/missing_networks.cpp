@@ -92,7 +92,7 @@ int RunProgram(const std::vector<std::string>& command, const std::string& log, 
 
 std::vector<MissingNetwork> MissingNetworks(const ExperimentOptions& experiment, const std::string& configs) {
   std::vector<MissingNetwork> networks;
-  for (const std::string& checkpoint : Checkpoints(experiment)) {
+  for (const std::string& checkpoint : RowFiles(experiment)) {
     const std::string name = RunOf(checkpoint);
     if (name.empty() || (fs::exists(checkpoint) && !IsUnfinished(checkpoint))) continue;
     networks.push_back({name, checkpoint, TrainingOf(name, configs)});

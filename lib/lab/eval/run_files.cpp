@@ -1,8 +1,8 @@
 #include "lab/eval/run_files.h"
 
-#include <charconv>
 #include <cmath>
 #include <concepts>
+#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -158,14 +158,6 @@ Json ConfigurationJson(const std::string& yaml) { return Json::parse(ToJson(Conf
 
 std::string TextOf(const Json& json) { return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
-// The whole of a text as a number, or 0, which is never valid here.
-int PositiveNumber(const std::string& text) {
-  int value = 0;
-  const char* end = text.data() + text.size();
-  const auto result = std::from_chars(text.data(), end, value);
-  return result.ec == std::errc() && result.ptr == end && value > 0 ? value : 0;
-}
-
 Json SetupJson(const RunSetup& setup) { return {{"checkpoint", setup.checkpoint}, {"device", setup.device}}; }
 
 Json ShardJson(const Shard& shard) {
@@ -283,11 +275,11 @@ void UpdateCaptions(const ExperimentOptions& experiment, const std::string& fold
 }
 
 Shard ShardFromText(const std::string& text) {
-  const std::size_t slash = text.find('/');
-  Shard shard{0, 0};
-  if (slash != std::string::npos)
-    shard = {PositiveNumber(text.substr(0, slash)), PositiveNumber(text.substr(slash + 1))};
-  if (shard.index < 1 || shard.index > shard.count)
+  Shard shard;
+  char more = '\0';
+  const int read = std::sscanf(text.c_str(), "%9d/%9d%c", &shard.index, &shard.count, &more);
+  const bool plain = text.find_first_not_of("0123456789/") == std::string::npos;
+  if (!plain || read != 2 || shard.index < 1 || shard.index > shard.count)
     throw Error("--shard: expected i/n with 1 <= i <= n, as in 2/3; got '" + text + "'");
   return shard;
 }

@@ -23,9 +23,9 @@
 #include "lab/config/progress.h"
 #include "lab/data/pair_check.h"
 #include "lab/eval/digest.h"
-#include "lab/eval/instances_error.h"
 #include "lab/eval/kept_examples.h"
 #include "lab/eval/problem_quantities.h"
+#include "lab/ground_truth/instances_error.h"
 #include "lab/ground_truth/pose_error.h"
 
 namespace diffsac {

@@ -1,24 +1,16 @@
 #include "lab/eval/selection.h"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "diffsac/core/status.h"
+#include "lab/config/resources.h"
 #include "lab/options/config_tree.h"
 
 namespace diffsac {
 namespace {
 
-bool IsThere(const std::string& path) { return std::filesystem::exists(path); }
-
 void AddOnce(const std::string& text, std::vector<std::string>* texts) {
   if (std::find(texts->begin(), texts->end(), text) == texts->end()) texts->push_back(text);
-}
-
-std::string Joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
 }
 
 std::vector<std::string> PathsOf(const Condition& condition) {
@@ -28,8 +20,10 @@ std::vector<std::string> PathsOf(const Condition& condition) {
   return paths;
 }
 
-std::string CheckpointOf(const EstimatorRow& row) {
-  return row.config.Has("checkpoint") ? row.config.Text("checkpoint") : "";
+std::string FileOf(const EstimatorRow& row) {
+  for (const char* key : {"recording", "checkpoint"})
+    if (row.config.Has(key)) return row.config.Text(key);
+  return "";
 }
 
 /// Of the list `paths` those that are there; in a document of its own, for copies of an experiment share theirs.
@@ -78,7 +72,7 @@ void LeaveOutData(ExperimentOptions* experiment) {
 void LeaveOutRows(ExperimentOptions* experiment) {
   std::vector<std::string> kept;
   for (const EstimatorRow& row : experiment->methods) {
-    const std::string file = row.config.Has("recording") ? row.config.Text("recording") : CheckpointOf(row);
+    const std::string file = FileOf(row);
     if (file.empty() || IsThere(file))
       kept.push_back(row.name);
     else
@@ -97,7 +91,7 @@ void SelectEstimators(const std::vector<std::string>& names, ExperimentOptions* 
   for (const std::string& name : names) {
     if (std::find(known.begin(), known.end(), name) == known.end())
       throw Error("--methods: no method is named '" + name + "'; did you mean '" + NearestWord(name, known) +
-                  "'? The configuration has " + Joined(known));
+                  "'? The configuration has " + Listed(known));
   }
   std::erase_if(experiment->methods, [&](const EstimatorRow& row) {
     return std::find(names.begin(), names.end(), row.name) == names.end();
@@ -111,12 +105,10 @@ std::vector<std::string> DataPaths(const ExperimentOptions& experiment) {
   return all;
 }
 
-std::vector<std::string> Checkpoints(const ExperimentOptions& experiment) {
+std::vector<std::string> RowFiles(const ExperimentOptions& experiment) {
   std::vector<std::string> all;
-  for (const EstimatorRow& row : experiment.methods) {
-    const std::string checkpoint = CheckpointOf(row);
-    if (!checkpoint.empty()) AddOnce(checkpoint, &all);
-  }
+  for (const EstimatorRow& row : experiment.methods)
+    if (const std::string file = FileOf(row); !file.empty()) AddOnce(file, &all);
   return all;
 }
 

@@ -15,8 +15,8 @@ void SelectEstimators(const std::vector<std::string>& names, ExperimentOptions* 
 /// The files and folders that the conditions' data is read from; none for generated data.
 std::vector<std::string> DataPaths(const ExperimentOptions& experiment);
 
-/// The checkpoints that rows name, each once, whether they are there or not.
-std::vector<std::string> Checkpoints(const ExperimentOptions& experiment);
+/// The checkpoints and recordings that rows name, each once, whether they are there or not.
+std::vector<std::string> RowFiles(const ExperimentOptions& experiment);
 
 /// Under `missing: leave_out`, takes what is not there into `left_out`: paths of a condition's data, conditions without
 /// any of theirs, rows that are for these alone and, unless `any_checkpoint`, rows whose checkpoint is not there.

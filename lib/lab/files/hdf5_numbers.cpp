@@ -70,30 +70,17 @@ static const char* WhyRefused(hid_t data_set, hsize_t* count) {
   return why;
 }
 
-std::size_t CountOf(const H5::DataSet& source, const std::string& place) {
-  hsize_t count = 0;
-  if (const char* why = WhyRefused(source.getId(), &count)) throw Error(place + why);
-  return static_cast<std::size_t>(count);
-}
-
-std::size_t CountOf(const H5::Attribute& source, const std::string& place) {
-  // Attributes lie in the header of their object.
-  const hssize_t count = source.getSpace().getSimpleExtentNpoints();
-  if (count < 0 || static_cast<hsize_t>(count) > kAlwaysValues)
-    throw Error(place + ": damaged: it claims more values than an attribute can hold");
-  return static_cast<std::size_t>(count);
-}
-
 Numbers ReadNumbers(const H5::DataSet& source, const std::string& place) {
   const H5T_class_t kind = source.getTypeClass();
   if (kind != H5T_FLOAT && kind != H5T_INTEGER) throw Error(place + ": expected numbers");
   const H5::DataSpace space = source.getSpace();
   Numbers numbers;
-  const std::size_t count = CountOf(source, place);
+  hsize_t count = 0;
+  if (const char* why = WhyRefused(source.getId(), &count)) throw Error(place + why);
   const int rank = space.getSimpleExtentNdims();
   numbers.shape.resize(rank);
   if (rank > 0) space.getSimpleExtentDims(numbers.shape.data());
-  numbers.values.resize(count);
+  numbers.values.resize(static_cast<std::size_t>(count));
   if (!numbers.values.empty()) source.read(numbers.values.data(), H5::PredType::NATIVE_DOUBLE);
   return numbers;
 }
@@ -109,23 +96,6 @@ Numbers ReadNumbersOfShape(const H5::Group& group, const std::string& name, cons
   std::string expected;
   for (const hsize_t size : shape) expected += (expected.empty() ? "" : "x") + (size == 0 ? "N" : std::to_string(size));
   throw Error(where + ": found " + ShapeText(numbers) + ", expected " + expected + " numbers");
-}
-
-std::string ReadText(const H5::Attribute& source, const std::string& place) {
-  if (source.getTypeClass() != H5T_STRING || CountOf(source, place) != 1) throw Error(place + ": expected a text");
-  const H5::StrType type = source.getStrType();
-  if (type.isVariableStr()) {
-    char* text = nullptr;
-    source.read(type, &text);
-    const std::string read = text == nullptr ? "" : text;
-    H5Dvlen_reclaim(type.getId(), source.getSpace().getId(), H5P_DEFAULT, &text);
-    return read;
-  }
-  if (type.getSize() > kAlwaysValues) throw Error(place + ": damaged: a text longer than an attribute can hold");
-  std::string text(type.getSize(), '\0');
-  source.read(type, text.data());
-  text.resize(std::min(text.find('\0'), text.size()));
-  return text;
 }
 
 H5::DSetCreatPropList WithoutTimes() {

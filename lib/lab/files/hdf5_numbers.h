@@ -23,23 +23,15 @@ struct Numbers {
   std::vector<double> values;
 };
 
-/// How many values there are to read. Throws Error, starting with `place`, for what only a damaged or hostile file asks
-/// for: more values, or larger chunks, than a file of its size can hold, and values that lie in other files.
-std::size_t CountOf(const H5::DataSet& source, const std::string& place);
-std::size_t CountOf(const H5::Attribute& source, const std::string& place);
-
-/// `place` names file and object in messages. Throws Error when it holds no numbers and as CountOf does, H5::Exception
-/// otherwise.
+/// `place` names file and object in messages. Throws Error, starting with it, when it holds no numbers, and for what
+/// only a damaged or hostile file asks for: more values, or larger chunks, than a file of its size can hold, and values
+/// that lie in other files; H5::Exception otherwise.
 Numbers ReadNumbers(const H5::DataSet& source, const std::string& place);
 
 /// A data set of the group that must have this shape, in which 0 stands for any number; `place` names the group. Throws
 /// Error, where there is none or it has another, as ReadNumbers does else.
 Numbers ReadNumbersOfShape(const H5::Group& group, const std::string& name, const std::vector<hsize_t>& shape,
                            const std::string& place);
-
-/// The text of an attribute. Throws Error, starting with `place`, where it is no text, or not a single one: the
-/// library's own H5::Attribute::read writes several of them over what follows the first.
-std::string ReadText(const H5::Attribute& source, const std::string& place);
 
 /// How numbers lie in memory, and in the files that this machine writes.
 template <class Value>

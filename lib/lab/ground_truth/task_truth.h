@@ -22,7 +22,7 @@ struct TaskTruth {
 
   /// The model by what the source of a pair of images knows (TrueModel of pair_truth.h).
   ModelParameters (*true_model)(const Problem& problem, const GroundTruth& truth) = nullptr;
-  /// The angle between two models in degrees, for several structures (lab/eval/instances_error.h).
+  /// The angle between two models in degrees, for several structures (lab/ground_truth/instances_error.h).
   double (*instance_angle)(const ModelParameters& a, const ModelParameters& b, const Example& example) = nullptr;
   /// The minimal sets of true inliers nearest to the truth (labels.h). Null: the best of random ones by the models' own
   /// residuals.

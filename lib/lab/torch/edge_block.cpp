@@ -3,7 +3,6 @@
 #include <torch/torch.h>
 
 #include <algorithm>
-#include <vector>
 
 #include "lab/torch/initialize.h"
 
@@ -39,8 +38,7 @@ EdgeBlock::EdgeBlock(std::int64_t width, std::int64_t neighbors, Rng rng) : neig
 
 namespace {
 
-// Which neighbour has the largest value of each channel, [S, N, C], with tensors; values: [S, N, C], nearest: [S, N,
-// k].
+// Which neighbour has the largest value of each channel, [S, N, C]; values: [S, N, C], nearest: [S, N, k].
 torch::Tensor Winners(const torch::Tensor& values, const torch::Tensor& nearest) {
   const std::int64_t sets = values.size(0), points = values.size(1);
   const auto rows = values.reshape({-1, values.size(2)});
@@ -56,30 +54,6 @@ torch::Tensor Winners(const torch::Tensor& values, const torch::Tensor& nearest)
   return winners;
 }
 
-// The same in one pass over the memory: half of an edge convolution's time on a CPU goes into the tensors of the other.
-torch::Tensor WinnersOnCpu(const torch::Tensor& values, const torch::Tensor& nearest) {
-  const std::int64_t points = values.size(1), channels = values.size(2), k = nearest.size(2);
-  const auto from = values.contiguous(), near = nearest.contiguous();
-  auto winners = torch::empty(values.sizes(), nearest.options());
-  std::vector<float> largest(channels);
-  for (std::int64_t row = 0; row < values.size(0) * points; ++row) {
-    const float* set = from.const_data_ptr<float>() + row / points * points * channels;
-    const std::int64_t* neighbors = near.const_data_ptr<std::int64_t>() + row * k;
-    std::int64_t* winner = winners.data_ptr<std::int64_t>() + row * channels;
-    std::copy_n(set + neighbors[0] * channels, channels, largest.begin());
-    std::fill_n(winner, channels, neighbors[0]);
-    for (std::int64_t j = 1; j < k; ++j) {
-      const float* value = set + neighbors[j] * channels;
-      for (std::int64_t c = 0; c < channels; ++c) {
-        const bool larger = value[c] > largest[c];
-        largest[c] = larger ? value[c] : largest[c];
-        winner[c] = larger ? neighbors[j] : winner[c];
-      }
-    }
-  }
-  return winners;
-}
-
 // For each point and channel the largest value among the point's neighbours. Which one has it is found without a graph,
 // and only its value is taken with one: k times less to differentiate.
 torch::Tensor LargestOfNeighbors(const torch::Tensor& values, const torch::Tensor& nearest, const torch::Tensor& mask) {
@@ -87,8 +61,7 @@ torch::Tensor LargestOfNeighbors(const torch::Tensor& values, const torch::Tenso
   {
     const torch::NoGradGuard no_grad;
     const auto known = mask.defined() ? values.masked_fill(mask.logical_not().unsqueeze(-1), -1e9) : values;
-    const bool plain = known.is_cpu() && known.scalar_type() == torch::kFloat;
-    winners = plain ? WinnersOnCpu(known, nearest) : Winners(known, nearest);
+    winners = Winners(known, nearest);
   }
   return values.gather(1, winners);
 }

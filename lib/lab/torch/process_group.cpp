@@ -10,15 +10,12 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstring>
 
 #include "diffsac/core/logging.h"
 #include "lab/torch/nccl_backend.h"
 
 namespace diffsac {
 namespace {
-
-constexpr std::int64_t kBucketBytes = 25 << 20;
 
 std::string FirstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
 
@@ -111,88 +108,22 @@ void ProcessGroup::Sum(std::vector<double>* values) {
   Guarded([&] { impl_->gloo->allreduce(tensors)->wait(); });
 }
 
-namespace {
-
-// Tensors that travel as one.
-struct Bucket {
-  std::vector<torch::Tensor> parts;
-  std::vector<torch::Tensor> flat;  // One: what c10d wants.
-  bool staged = false;              // On its way through the processor's memory.
-  c10::intrusive_ptr<c10d::Work> work;
-};
-
-std::vector<Bucket> MakeBuckets(const std::vector<torch::Tensor>& tensors) {
-  std::vector<Bucket> buckets;
-  std::int64_t bytes = 0;
-  for (const auto& tensor : tensors) {
-    const auto size = static_cast<std::int64_t>(tensor.nbytes());
-    if (buckets.empty() || bytes + size > kBucketBytes) {
-      buckets.emplace_back();
-      bytes = 0;
-    }
-    buckets.back().parts.push_back(tensor);
-    bytes += size;
-  }
-  return buckets;
-}
-
-void Flatten(bool staged, Bucket* bucket) {
-  std::vector<torch::Tensor> flat;
-  for (const auto& part : bucket->parts) flat.push_back(part.detach().flatten());
-  bucket->flat = {torch::cat(flat)};
-  bucket->staged = staged;
-  if (staged) bucket->flat[0] = bucket->flat[0].cpu();
-}
-
-void ScatterBack(const Bucket& bucket) {
-  std::int64_t first = 0;
-  for (const auto& part : bucket.parts) {
-    part.detach().copy_(bucket.flat[0].slice(0, first, first + part.numel()).view_as(part));
-    first += part.numel();
-  }
-}
-
-}  // namespace
-
 void ProcessGroup::Sum(const std::vector<at::Tensor>& tensors) {
   if (tensors.empty()) return;
   const torch::NoGradGuard no_grad;
+  std::vector<torch::Tensor> parts;
+  for (const auto& tensor : tensors) parts.push_back(tensor.detach().flatten());
   Guarded([&] {
     c10d::Backend* backend = impl_->BackendOf(place_, tensors.front());
-    std::vector<Bucket> buckets = MakeBuckets(tensors);
-    for (Bucket& bucket : buckets) {
-      Flatten(backend == nullptr, &bucket);
-      bucket.work = (backend == nullptr ? impl_->gloo.get() : backend)->allreduce(bucket.flat);
-    }
-    for (Bucket& bucket : buckets) {
-      bucket.work->wait();
-      ScatterBack(bucket);
-    }
-  });
-}
-
-std::vector<std::string> ProcessGroup::Gather(const std::string& text) {
-  std::vector<double> sizes(static_cast<std::size_t>(size()), 0.0);
-  sizes[static_cast<std::size_t>(rank())] = static_cast<double>(text.size());
-  Sum(&sizes);
-  std::vector<std::string> texts;
-  const auto bytes = [](const void* data, std::size_t size) {
-    return torch::from_blob(const_cast<void*>(data), {static_cast<std::int64_t>(size)}, torch::kByte);
-  };
-  Guarded([&] {
-    if (!main()) {
-      std::vector<torch::Tensor> tensors = {bytes(text.data(), text.size())};
-      impl_->gloo->send(tensors, 0, 0)->wait();
-      return;
-    }
-    texts.push_back(text);
-    for (int r = 1; r < size(); ++r) {
-      texts.emplace_back(static_cast<std::size_t>(sizes[r]), '\0');
-      std::vector<torch::Tensor> tensors = {bytes(texts.back().data(), texts.back().size())};
-      impl_->gloo->recv(tensors, r, 0)->wait();
+    std::vector<torch::Tensor> whole = {torch::cat(parts)};  // One: what c10d wants.
+    if (backend == nullptr) whole[0] = whole[0].cpu();
+    (backend == nullptr ? impl_->gloo.get() : backend)->allreduce(whole)->wait();
+    std::int64_t first = 0;
+    for (const auto& tensor : tensors) {
+      tensor.detach().copy_(whole[0].slice(0, first, first + tensor.numel()).view_as(tensor));
+      first += tensor.numel();
     }
   });
-  return texts;
 }
 
 std::unique_ptr<ProcessGroup> JoinProcessGroup(double timeout_s) {

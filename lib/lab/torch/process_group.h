@@ -35,11 +35,8 @@ class ProcessGroup {
 
   /// Each value becomes its sum over the processes, the same to the last bit everywhere.
   void Sum(std::vector<double>* values);
-  /// The same for tensors of one type and device, such as gradients: copied into buckets of about 25 MB that travel one
-  /// behind the other, and back.
+  /// The same for tensors of one type and device, such as gradients: copied into one that travels, and back.
   void Sum(const std::vector<at::Tensor>& tensors);
-  /// The texts of all processes by rank, at rank 0; nothing elsewhere.
-  std::vector<std::string> Gather(const std::string& text);
 
  private:
   struct Impl;

@@ -15,58 +15,6 @@ namespace {
 
 using Descriptions = std::vector<OptionDescription>;
 
-constexpr char kIntroduction[] = R"(# Configuration
-
-A configuration is one YAML file, of a table (`diffsac_eval --config`) or of a training (`diffsac_train --config`). A new table is one file in
-`configs/tables/`; nothing else is edited.
-
-```yaml
-include: [../problems/unseen_scenes.yaml, ../presets/two_view.yaml]
-name: my_table
-task: fundamental
-problems: 500
-seeds: [1, 2, 3]
-data: {max_pairs: 20}
-methods:
-  learned_prosac:
-  prosac_1000: {label: "PROSAC, LO"}
-  prosac: {type: prosac, preset: local, label: "PROSAC * draws", sweep: {max_iterations: [100, 1000]}}
-  mine: {type: diffsac, preset: recommended, checkpoint: runs/mine/checkpoints/best.safetensors, draws_by: network}
-report:
-  title: my network beside the shipped one
-  compare: {mine: [learned_prosac, prosac_1000]}
-```
-
-    diffsac_eval --config configs/tables/my_table.yaml --limit 50 --set methods.mine.temperature=0.5
-    python3 scripts/report runs/my_table
-
-Seven concepts do everything:
-
-| concept | |
-|---|---|
-| `include` | Files that are read first, each over those before; the file's own keys override theirs, map by map. `configs/problems/` has data and conditions that tables share, `configs/presets/` methods and parts of them |
-| `type` | Chooses what is made (of a method: `ransac`; of data: `correspondences`; of a training `method` and `task` do). The other keys are the type's |
-| `preset` | Options that a method starts from; its own keys override them. A name, or a list of which later ones override. It stands under `presets` of the table or of an included file, or belongs to the type (`recommended`). A method without `type` and `preset` takes the preset of its own name: `learned_prosac:` |
-| `sweep` | A column for each value of an option of the data: `sweep: {outlier_ratio: [0.1, 0.2]}`; `conditions` lists columns that differ in more. In a method a row for each value: `prosac_100` and `prosac_1000` above (`*` in the label is the value), or for each of named parts: `sweep: {order: {uniform: {type: ransac}, ratio: {type: prosac}}}`; of several options all combinations |
-| `seeds` | The whole table with each, whose mean it shows |
-| `${KEY}` | Another key's value, in any text: `models/${task}/model.safetensors`. `${data_root}` is `--data` |
-| `--set` | `--set a.b=value` sets any key on the command line, `--set data.paths=[x,y]`, `--set sweep=~` |
-
-So a method's value stands in the table, in a preset or in the tables below; `config.yaml` in the run's folder has all of them resolved, and
-is itself a configuration. An unknown key, a wrong type, a value out of range or a key that cannot act is an error that names file, line and
-nearest key. Rows are named in the order of the table. The block `report` is for `scripts/report` alone ([report.md](report.md)): title,
-notes, comparisons, strata, the paper's values, figures. Changing it, or a label, measures nothing anew.
-
-Paths in a file are relative to it. What is not there is looked for in the current folder, and what begins with `models/` then in
-`$DIFFSAC_MODELS`, in `share/diffsac/models` beside the program and in the library; a message names every place.
-
-# Keys
-
-From here on `diffsac_train --describe-options` wrote what the code reads; `cmake --build --preset release --target diffsac_reference` writes
-the page. A key stands with its default, then what it may be where the default does not tell, and what it means; "with": it acts only then. A key that
-stood before is only named, with its default where that is another. Defaults are those of a type's first task; `config.yaml` shows a task's own.
-)";
-
 constexpr char kMainMethod[] = "diffsac";
 
 std::string Code(const std::string& text) { return "`" + text + "`"; }
@@ -250,7 +198,6 @@ void AddTables(Reference* reference) {
 
 std::string ConfigurationReference() {
   Reference reference;
-  reference.Text(kIntroduction);
   AddTables(&reference);
   AddData(&reference);
   AddTraining(&reference);

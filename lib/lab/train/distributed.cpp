@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "diffsac/core/parallel.h"
+#include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 
 namespace diffsac {
@@ -55,14 +56,12 @@ void TrainingTeam::SumGradients(const std::vector<torch::Tensor>& parameters) co
 
 void TrainingTeam::CheckSame(const std::string& what, const std::string& text) const {
   if (group_ == nullptr) return;
-  const auto texts = group_->Gather(text);
-  std::int64_t other = -1;
-  for (std::size_t r = 1; r < texts.size() && other < 0; ++r)
-    if (texts[r] != texts[0]) other = static_cast<std::int64_t>(r);
-  // Only rank 0 has compared: the others learn of it through a sum.
-  const auto found = static_cast<std::int64_t>(Sum({static_cast<double>(std::max<std::int64_t>(other, 0))}).front());
-  if (found > 0)
-    throw Error("processes 0 and " + std::to_string(found) + " have different " + what +
+  std::vector<double> digests(static_cast<std::size_t>(group_->size()), 0.0);
+  digests[static_cast<std::size_t>(group_->rank())] = static_cast<double>(Rng().Fork(text).Seed() >> 11);  // Exact.
+  digests = Sum(std::move(digests));
+  const auto other = std::find_if(digests.begin(), digests.end(), [&](double d) { return d != digests.front(); });
+  if (other != digests.end())
+    throw Error("processes 0 and " + std::to_string(other - digests.begin()) + " have different " + what +
                 "; all must see the same files and be started with the same options");
 }
 

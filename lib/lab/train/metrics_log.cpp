@@ -11,9 +11,7 @@
 
 namespace diffsac {
 MetricsLog::MetricsLog(std::string folder, std::vector<std::string> columns, std::int64_t last_iteration)
-    : folder_(std::move(folder)),
-      columns_(std::move(columns)),
-      events_((std::filesystem::path(folder_) / kEventFile).string(), last_iteration) {
+    : folder_(std::move(folder)), columns_(std::move(columns)) {
   const std::string path = folder_ + "/metrics.csv";
   if (last_iteration <= 0 || !std::filesystem::exists(path)) return;
   std::istringstream old(ReadFile(path));
@@ -40,18 +38,10 @@ void MetricsLog::Append(std::int64_t iteration, const std::vector<double>& value
     row += std::string(",") + text;
   }
   rows_.push_back(row);
-  WriteTable();
-  Scalars scalars;
-  for (std::size_t i = 0; i < columns_.size(); ++i) scalars.emplace_back(columns_[i], values[i]);
-  events_.Add(iteration, scalars);
+  Write();
 }
 
-void MetricsLog::Write() {
-  WriteTable();
-  events_.Begin();
-}
-
-void MetricsLog::WriteTable() const {
+void MetricsLog::Write() const {
   std::string text = Header();
   for (const auto& row : rows_) text += "\n" + row;
   WriteFileAtomically(folder_ + "/metrics.csv", text + "\n");

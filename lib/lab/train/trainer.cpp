@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -15,6 +14,7 @@
 #include "lab/config/progress.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
+#include "lab/eval/format.h"
 #include "lab/options/config_json.h"
 #include "lab/torch/checkpoint.h"
 #include "lab/torch/denoiser.h"
@@ -33,12 +33,6 @@ namespace {
 
 /// Curves between two validations are drawn no sooner than so after the last ones.
 constexpr std::chrono::seconds kCurveInterval{20};
-
-std::string Text(const char* format, double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -255,7 +249,7 @@ std::optional<std::vector<double>> Trainer::ValidateWhenDue(std::int64_t done, c
     Save("best.safetensors", false);
   }
   LogInfo("iteration " + std::to_string(done) + ": validation " + ValidationMeasure(validation_->names().front()) +
-          " " + Text("%.4f", mean) + " (best " + Text("%.4f", info_.best_validation) + ")");
+          " " + Format("%.4f", mean) + " (best " + Format("%.4f", info_.best_validation) + ")");
   return accuracies;
 }
 
@@ -278,11 +272,11 @@ void Trainer::DrawCurves(bool running) {
 }
 
 std::string Trainer::ProgressNote() const {
-  std::string text = "loss " + Text("%.4g", shown_loss_);
+  std::string text = "loss " + Format("%.4g", shown_loss_);
   if (info_.best_validation < 0.0) return text;
   text += ", " + ValidationMeasure(validation_->names().front());
-  if (!std::isnan(last_validation_)) text += " " + Text("%.4f", last_validation_);
-  return text + " (best " + Text("%.4f", info_.best_validation) + ")";
+  if (!std::isnan(last_validation_)) text += " " + Format("%.4f", last_validation_);
+  return text + " (best " + Format("%.4f", info_.best_validation) + ")";
 }
 
 double Trainer::SecondsLeft() const {

@@ -35,7 +35,7 @@ constexpr std::array kFreeKeys = {"name", "train.log_every", "train.validate_eve
 constexpr std::array kLeft = {"checkpoints/best.safetensors",
                               "checkpoints/last.safetensors",
                               "metrics.csv",
-                              kEventFile,
+                              "events.out.tfevents.diffsac",  // Of 0.2.
                               "training_curve.png",
                               "training_curve.gp",
                               kReport};

@@ -1,22 +1,13 @@
 #include "lab/train/validation.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "diffsac/core/status.h"
 #include "lab/config/dataset_factory.h"
 #include "lab/config/yaml.h"
+#include "lab/eval/format.h"
 
 namespace diffsac {
-namespace {
-
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
-
-}  // namespace
 
 Config ValidationData(const TrainConfig& options) {
   const Config own = options.validation.data.value_or(Config());
@@ -34,8 +25,8 @@ Validation::Validation(const TrainConfig& options)
   const auto& ratios = options.validation.outlier_ratios;
   if (ratios.empty()) AddGroup(options.task, data, "");
   for (const double ratio : ratios) {
-    SetYaml(&data, "outlier_ratio=" + Number(ratio));
-    AddGroup(options.task, data, "_outliers_" + Number(ratio));
+    SetYaml(&data, "outlier_ratio=" + Format("%g", ratio));
+    AddGroup(options.task, data, "_outliers_" + Format("%g", ratio));
   }
 }
 
@@ -52,7 +43,7 @@ void Validation::AddGroup(Task task, const Config& data, const std::string& suff
   for (std::int64_t i = 0; i < count; ++i) group.push_back(dataset->Get(size < 0 ? i : i * size / count));
   const bool several = !group.front().truth.instances.empty();
   names_.push_back(several ? "recall" + suffix
-                           : "mAA@" + Number(tolerance_.value) + (tolerance_.pixels ? "px" : "deg") + suffix);
+                           : Format("mAA@%g", tolerance_.value) + (tolerance_.pixels ? "px" : "deg") + suffix);
 }
 
 std::int64_t Validation::size() const {

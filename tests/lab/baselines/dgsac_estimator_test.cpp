@@ -93,7 +93,7 @@ TEST_CASE("dgsac repeats itself") {
 
 TEST_CASE("dgsac's wrong options are errors with the place") {
   CHECK_THROWS_WITH(Make("{type: dgsac, max_iteration: 3}", Task::kLine), Catch::Contains("max_iterations"));
-  CHECK_THROWS_WITH(Make("{type: dgsac, choose: biggest}", Task::kLine), Catch::Contains("t.yaml:1"));
+  CHECK_THROWS_WITH(Make("{type: dgsac, stopping: never}", Task::kLine), Catch::Contains("t.yaml:1"));
   CHECK_THROWS_WITH(Make("{type: dgsac, max_iterations: 0}", Task::kLine), Catch::Contains("max_iterations"));
   CHECK_THROWS_WITH(Make("{type: dgsca}", Task::kLine), Catch::Contains("did you mean 'dgsac'"));
 }

@@ -89,7 +89,10 @@ TEST_CASE("estimates are columns of their records") {
   CHECK(values("structure_values") == std::vector<double>{0.9, 0.7});
   CHECK(values("labels") == std::vector<double>{1, 0, 2});
   const H5::H5File file = OpenHdf5(folder.File("estimates.h5"));
-  CHECK(ReadText(file.openGroup("net_work").openGroup("0.2").openAttribute("method"), "method") == "net/work");
+  const H5::Attribute method = file.openGroup("net_work").openGroup("0.2").openAttribute("method");
+  std::string name;
+  method.read(method.getStrType(), name);
+  CHECK(name == "net/work");
   CHECK_FALSE(file.nameExists("first/0.2/structures"));
   CHECK_FALSE(file.nameExists("first/0.2/focal"));
   CHECK_FALSE(file.nameExists("examples"));

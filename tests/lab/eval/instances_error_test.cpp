@@ -1,6 +1,6 @@
 // Several structures: what counts as wrong and as found.
 
-#include "lab/eval/instances_error.h"
+#include "lab/ground_truth/instances_error.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -33,7 +33,7 @@ methods:
 
 TEST_CASE("a row without its checkpoint is left out, and named") {
   ExperimentOptions experiment = Read(kRowWithoutNetwork + std::string("missing: leave_out\n"));
-  CHECK(Checkpoints(experiment) == std::vector<std::string>{"there/is/no.safetensors"});
+  CHECK(RowFiles(experiment) == std::vector<std::string>{"there/is/no.safetensors"});
   ExperimentOptions given = experiment;
   CHECK(LeaveOutMissing(true, &given));
   CHECK(given.methods.size() == 2);

@@ -29,25 +29,6 @@ TEST_CASE("a resumed run keeps the rows up to its checkpoint, and changes nothin
   CHECK(ReadFile(path) == "iteration,loss,mAA\n5,0.5,\n");
 }
 
-TEST_CASE("TensorBoard's file has the rows, and a resumed run goes on in it") {
-  const TemporaryFolder folder;
-  const std::string path = folder.File(kEventFile);
-  {
-    MetricsLog log(folder.path(), {"loss", "mAA"}, 0);
-    log.Write();
-    log.Append(5, {0.5, kNotMeasured});
-    log.Append(10, {0.25, 0.75});
-  }
-  const std::string whole = ReadFile(path);
-  CHECK(WholeRecords(whole, 10) == whole.size());
-  MetricsLog resumed(folder.path(), {"loss", "mAA"}, 9);
-  CHECK(ReadFile(path) == whole);
-  resumed.Write();
-  CHECK(ReadFile(path) == whole.substr(0, WholeRecords(whole, 5)));
-  resumed.Append(10, {0.125, 0.5});
-  CHECK(ReadFile(path).size() == whole.size());
-}
-
 TEST_CASE("a training's page is made beside it, and once more when it ends") {
   const TemporaryFolder folder;
   MetricsLog log(folder.path(), kColumns, 0);

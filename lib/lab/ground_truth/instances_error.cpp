@@ -1,4 +1,4 @@
-#include "lab/eval/instances_error.h"
+#include "lab/ground_truth/instances_error.h"
 
 #include <algorithm>
 #include <cmath>
