@@ -5,15 +5,32 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
 
+#include <array>
+#include <optional>
 #include <string_view>
 #include <utility>
 
 namespace diffsac::python {
 namespace {
 
+using namespace nanobind::literals;
+
 nb::object ClassOf(const char* name) { return nb::module_::import_("diffsac._results").attr(name); }
 
-nb::object Make(const char* name, const nb::dict& fields) { return ClassOf(name)(**fields); }
+/// One of the classes of diffsac/_results.py, of its fields by name.
+template <class... Fields>
+nb::object Make(const char* name, Fields&&... fields) {
+  return ClassOf(name)(std::forward<Fields>(fields)...);
+}
+template <class Result, class... Fields>
+Result MakeResult(Fields&&... fields) {
+  return nb::borrow<Result>(Make(Result::kClass, std::forward<Fields>(fields)...));
+}
+
+template <class... Fields>
+nb::dict Dict(Fields&&... fields) {
+  return nb::borrow<nb::dict>(nb::handle(reinterpret_cast<PyObject*>(&PyDict_Type))(std::forward<Fields>(fields)...));
+}
 
 /// An array that owns its numbers, row by row as numpy has them.
 template <class Derived>
@@ -29,95 +46,69 @@ auto VectorOf(const std::vector<Value>& values) {
                                                                    static_cast<Eigen::Index>(values.size()));
 }
 
-nb::object Covariance(const std::optional<Eigen::MatrixXd>& covariance) {
-  return covariance ? Array(*covariance) : nb::none();
+/// None where there is no value.
+template <class Value, class Convert>
+nb::object Optional(const std::optional<Value>& value, const Convert& convert) {
+  return value ? nb::object(convert(*value)) : nb::none();
 }
 
-nb::object StatusOf(Status status) { return ClassOf("Status")(ToString(status)); }
+template <class Value>
+std::pair<Value, Value> Two(const std::array<Value, 2>& values) {
+  return {values[0], values[1]};
+}
 
 nb::object StatsOf(const EstimationStats& stats) {
-  nb::dict fields;
-  fields["hypotheses"] = stats.hypotheses;
-  fields["unique_minimal_sets"] = stats.unique_minimal_sets;
-  fields["iterations"] = stats.iterations;
-  fields["ms_features"] = stats.ms_features;
-  fields["ms_network"] = stats.ms_network;
-  fields["ms_consensus"] = stats.ms_consensus;
-  fields["ms_total"] = stats.ms_total;
-  return Make("EstimationStats", fields);
+  return Make("EstimationStats", "hypotheses"_a = stats.hypotheses, "unique_minimal_sets"_a = stats.unique_minimal_sets,
+              "iterations"_a = stats.iterations, "ms_features"_a = stats.ms_features, "ms_network"_a = stats.ms_network,
+              "ms_consensus"_a = stats.ms_consensus, "ms_total"_a = stats.ms_total);
 }
 
-/// Its word, as docs have it.
-nb::object DegeneracyOf(Degeneracy degeneracy) { return ClassOf("Degeneracy")(ToString(degeneracy)); }
-
 nb::object ConflictOf(const FocalConflict& conflict) {
-  nb::dict fields;
-  for (const auto& [name, values] : {std::pair("said_px", conflict.said_px), std::pair("found_px", conflict.found_px),
-                                     std::pair("low_px", conflict.low_px), std::pair("high_px", conflict.high_px)})
-    fields[name] = std::pair(values[0], values[1]);
-  return Make("FocalConflict", fields);
+  return Make("FocalConflict", "said_px"_a = Two(conflict.said_px), "found_px"_a = Two(conflict.found_px),
+              "low_px"_a = Two(conflict.low_px), "high_px"_a = Two(conflict.high_px));
 }
 
 nb::object DiagnosticsOf(const Diagnostics& diagnostics) {
-  nb::dict fields;
-  fields["log10_nfa"] = diagnostics.log10_nfa;
-  fields["error_probability"] = diagnostics.error_probability;
-  fields["degeneracy"] = DegeneracyOf(diagnostics.degeneracy);
-  fields["cheirality_failure_ratio"] = diagnostics.cheirality_failure_ratio;
-  fields["mirrored"] = diagnostics.mirrored;
-  fields["focal_conflict"] = diagnostics.focal_conflict ? ConflictOf(*diagnostics.focal_conflict) : nb::none();
-  fields["scores_ignored"] = diagnostics.scores_ignored;
-  fields["num_nonfinite"] = diagnostics.num_nonfinite;
-  fields["num_duplicates"] = diagnostics.num_duplicates;
-  return Make("Diagnostics", fields);
+  return Make("Diagnostics", "log10_nfa"_a = diagnostics.log10_nfa,
+              "error_probability"_a = diagnostics.error_probability,
+              "degeneracy"_a = ClassOf("Degeneracy")(ToString(diagnostics.degeneracy)),
+              "cheirality_failure_ratio"_a = diagnostics.cheirality_failure_ratio, "mirrored"_a = diagnostics.mirrored,
+              "focal_conflict"_a = Optional(diagnostics.focal_conflict, ConflictOf),
+              "scores_ignored"_a = diagnostics.scores_ignored, "num_nonfinite"_a = diagnostics.num_nonfinite,
+              "num_duplicates"_a = diagnostics.num_duplicates);
 }
 
-/// Of results without Diagnostics.
+/// What all results without Diagnostics have.
 template <class Result>
-void SetCounts(const Result& estimate, nb::dict* fields) {
-  (*fields)["stats"] = StatsOf(estimate.stats);
-  (*fields)["num_nonfinite"] = estimate.num_nonfinite;
-  (*fields)["num_duplicates"] = estimate.num_duplicates;
+nb::dict CountsOf(const Result& estimate) {
+  return Dict("status"_a = ClassOf("Status")(ToString(estimate.status)),
+              "assignment"_a = Array(VectorOf(estimate.assignment)), "stats"_a = StatsOf(estimate.stats),
+              "num_nonfinite"_a = estimate.num_nonfinite, "num_duplicates"_a = estimate.num_duplicates);
 }
 
 nb::object PoseOf(const RigidMotion& motion) {
-  nb::dict fields;
-  fields["rotation"] = Array(motion.rotation);
-  fields["translation"] = Array(motion.translation);
-  return Make("Pose", fields);
+  return Make("Pose", "rotation"_a = Array(motion.rotation), "translation"_a = Array(motion.translation));
 }
 
 nb::object FocalOf(const FocalEstimate& focal) {
-  nb::dict fields;
-  fields["focal_px"] = std::pair(focal.focal_px[0], focal.focal_px[1]);
-  fields["low_px"] = std::pair(focal.low_px[0], focal.low_px[1]);
-  fields["high_px"] = std::pair(focal.high_px[0], focal.high_px[1]);
-  fields["observable"] = std::pair(focal.observable[0], focal.observable[1]);
-  fields["prior_focal_px"] = std::pair(focal.prior_focal_px[0], focal.prior_focal_px[1]);
-  fields["prior_log_sigma"] = std::pair(focal.prior_log_sigma[0], focal.prior_log_sigma[1]);
-  return Make("Focal", fields);
+  return Make("Focal", "focal_px"_a = Two(focal.focal_px), "low_px"_a = Two(focal.low_px),
+              "high_px"_a = Two(focal.high_px), "observable"_a = Two(focal.observable),
+              "prior_focal_px"_a = Two(focal.prior_focal_px), "prior_log_sigma"_a = Two(focal.prior_log_sigma));
 }
 
 /// From 0, as Python counts.
 nb::object PlacesOf(const std::vector<int>& places) { return nb::tuple(Array(VectorOf(places)).attr("tolist")()); }
 
 nb::object VanishingFocalOf(const VanishingFocal& focal) {
-  nb::dict fields;
-  fields["focal_px"] = focal.focal_px;
-  fields["log_sigma"] = focal.log_sigma;
-  fields["orthogonal"] = PlacesOf(focal.orthogonal);
-  return Make("VanishingFocal", fields);
+  return Make("VanishingFocal", "focal_px"_a = focal.focal_px, "log_sigma"_a = focal.log_sigma,
+              "orthogonal"_a = PlacesOf(focal.orthogonal));
 }
 
 nb::object HorizonOf(const Horizon& horizon) {
-  nb::dict fields;
-  fields["line"] = Array(horizon.line);
-  fields["up"] = Array(horizon.up);
-  fields["tilt_deg"] = horizon.TiltDeg();
-  fields["pitch_deg"] = horizon.PitchDeg();
-  fields["vertical"] = horizon.vertical >= 0 ? nb::cast(horizon.vertical) : nb::none();
-  fields["horizontal"] = PlacesOf(horizon.horizontal);
-  return Make("Horizon", fields);
+  return Make("Horizon", "line"_a = Array(horizon.line), "up"_a = Array(horizon.up), "tilt_deg"_a = horizon.TiltDeg(),
+              "pitch_deg"_a = horizon.PitchDeg(),
+              "vertical"_a = horizon.vertical >= 0 ? nb::cast(horizon.vertical) : nb::none(),
+              "horizontal"_a = PlacesOf(horizon.horizontal));
 }
 
 /// M × 3.
@@ -129,108 +120,75 @@ nb::object RowsOf(const std::vector<Eigen::Vector3d>& vectors) {
 
 template <class Model>
 nb::dict FieldsOf(const ModelEstimate<Model>& estimate) {
-  nb::dict fields;
-  fields["status"] = StatusOf(estimate.status);
-  fields["verdict"] = ClassOf("Verdict")(ToString(estimate.verdict));
-  fields["model"] = Array(estimate.model);
-  fields["inliers"] = Array(VectorOf(estimate.inliers).template cast<bool>());
-  fields["num_inliers"] = estimate.num_inliers;
-  fields["inlier_threshold"] = estimate.inlier_threshold;
-  fields["sigma"] = estimate.sigma;
-  fields["inlier_probabilities"] =
-      estimate.inlier_probabilities.empty() ? nb::none() : Array(VectorOf(estimate.inlier_probabilities));
-  fields["posteriors"] = Array(VectorOf(estimate.posteriors));
-  fields["diagnostics"] = DiagnosticsOf(estimate.diagnostics);
-  fields["stats"] = StatsOf(estimate.stats);
-  return fields;
+  const auto& probabilities = estimate.inlier_probabilities;
+  return Dict("status"_a = ClassOf("Status")(ToString(estimate.status)),
+              "verdict"_a = ClassOf("Verdict")(ToString(estimate.verdict)), "model"_a = Array(estimate.model),
+              "inliers"_a = Array(VectorOf(estimate.inliers).template cast<bool>()),
+              "num_inliers"_a = estimate.num_inliers, "inlier_threshold"_a = estimate.inlier_threshold,
+              "sigma"_a = estimate.sigma,
+              "inlier_probabilities"_a = probabilities.empty() ? nb::none() : Array(VectorOf(probabilities)),
+              "posteriors"_a = Array(VectorOf(estimate.posteriors)),
+              "diagnostics"_a = DiagnosticsOf(estimate.diagnostics), "stats"_a = StatsOf(estimate.stats));
 }
 
 template <class Model>
 nb::dict FieldsOf(const PoseEstimate<Model>& estimate) {
-  nb::dict fields = FieldsOf(static_cast<const ModelEstimate<Model>&>(estimate));
-  fields["pose"] = estimate.pose ? PoseOf(*estimate.pose) : nb::none();
-  fields["pose_covariance"] = Covariance(estimate.pose_covariance);
-  fields["ambiguous_pose"] = estimate.ambiguous_pose ? PoseOf(*estimate.ambiguous_pose) : nb::none();
-  return fields;
+  return Dict(**FieldsOf(static_cast<const ModelEstimate<Model>&>(estimate)),
+              "pose"_a = Optional(estimate.pose, PoseOf),
+              "pose_covariance"_a = Optional(estimate.pose_covariance, Array<Eigen::MatrixXd>),
+              "ambiguous_pose"_a = Optional(estimate.ambiguous_pose, PoseOf));
 }
 
 nb::dict FieldsOf(const TwoViewEstimate& estimate) {
-  nb::dict fields = FieldsOf(static_cast<const PoseEstimate<Eigen::Matrix3d>&>(estimate));
-  fields["focal"] = estimate.focal ? FocalOf(*estimate.focal) : nb::none();
-  return fields;
-}
-
-/// K × rows × columns, or K × rows for vectors.
-template <class Model>
-PyMultiModelEstimate Several(const MultiModelEstimate<Model>& estimate) {
-  constexpr int kRows = Model::RowsAtCompileTime, kColumns = Model::ColsAtCompileTime;
-  const auto count = static_cast<Eigen::Index>(estimate.models.size());
-  Eigen::Matrix<double, Eigen::Dynamic, kRows * kColumns> models(count, kRows * kColumns);
-  for (Eigen::Index k = 0; k < count; ++k)
-    for (int i = 0; i < kRows * kColumns; ++i) models(k, i) = estimate.models[k](i / kColumns, i % kColumns);
-  const nb::object rows = Array(models);
-  nb::dict fields;
-  fields["status"] = StatusOf(estimate.status);
-  fields["models"] = kColumns == 1 ? rows : rows.attr("reshape")(count, kRows, kColumns);
-  fields["assignment"] = Array(VectorOf(estimate.assignment));
-  SetCounts(estimate, &fields);
-  return nb::borrow<PyMultiModelEstimate>(Make("MultiModelEstimate", fields));
+  return Dict(**FieldsOf(static_cast<const PoseEstimate<Eigen::Matrix3d>&>(estimate)),
+              "focal"_a = Optional(estimate.focal, FocalOf));
 }
 
 }  // namespace
 
-PyEstimate ToPython(const LineEstimate& estimate) {
-  return nb::borrow<PyEstimate>(Make("Estimate", FieldsOf(estimate)));
+/// K × rows × columns, or K × rows for vectors.
+template <class Model>
+PyMultiModelEstimate ToPython(const MultiModelEstimate<Model>& estimate) {
+  constexpr int kRows = Model::RowsAtCompileTime, kColumns = Model::ColsAtCompileTime;
+  const auto count = static_cast<Eigen::Index>(estimate.models.size());
+  Eigen::Matrix<double, Eigen::Dynamic, kRows * kColumns> models(count, kRows * kColumns);
+  for (Eigen::Index k = 0; k < count; ++k)
+    models.row(k) = estimate.models[k].template reshaped<Eigen::RowMajor>().transpose();
+  const nb::object rows = Array(models);
+  return MakeResult<PyMultiModelEstimate>(
+      "models"_a = kColumns == 1 ? rows : rows.attr("reshape")(count, kRows, kColumns), **CountsOf(estimate));
 }
-PyEstimate ToPython(const PlaneEstimate& estimate) {
-  return nb::borrow<PyEstimate>(Make("Estimate", FieldsOf(estimate)));
-}
+template PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Matrix3d>& estimate);
+template PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Matrix<double, 3, 4>>& estimate);
+template PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Vector3d>& estimate);
+template PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Vector4d>& estimate);
 
+PyEstimate ToPython(const LineEstimate& estimate) { return MakeResult<PyEstimate>(**FieldsOf(estimate)); }
+PyEstimate ToPython(const PlaneEstimate& estimate) { return MakeResult<PyEstimate>(**FieldsOf(estimate)); }
 PyTwoViewEstimate ToPython(const TwoViewEstimate& estimate) {
-  return nb::borrow<PyTwoViewEstimate>(Make("TwoViewEstimate", FieldsOf(estimate)));
+  return MakeResult<PyTwoViewEstimate>(**FieldsOf(estimate));
 }
-
 PyUnknownFocalEstimate ToPython(const UnknownFocalEstimate& estimate) {
-  nb::dict fields = FieldsOf(estimate);
-  fields["K1"] = Array(estimate.cameras.K1);
-  fields["K2"] = Array(estimate.cameras.K2);
-  return nb::borrow<PyUnknownFocalEstimate>(Make("UnknownFocalEstimate", fields));
+  return MakeResult<PyUnknownFocalEstimate>(**FieldsOf(estimate), "K1"_a = Array(estimate.cameras.K1),
+                                            "K2"_a = Array(estimate.cameras.K2));
 }
-
 PyAbsolutePoseEstimate ToPython(const AbsolutePoseEstimate& estimate) {
-  return nb::borrow<PyAbsolutePoseEstimate>(Make("AbsolutePoseEstimate", FieldsOf(estimate)));
+  return MakeResult<PyAbsolutePoseEstimate>(**FieldsOf(estimate));
 }
-
 PyRigidMotionEstimate ToPython(const RigidMotionEstimate& estimate) {
-  return nb::borrow<PyRigidMotionEstimate>(Make("RigidMotionEstimate", FieldsOf(estimate)));
+  return MakeResult<PyRigidMotionEstimate>(**FieldsOf(estimate));
 }
-
 PySimilarityEstimate ToPython(const SimilarityEstimate& estimate) {
-  nb::dict fields = FieldsOf(estimate);
-  fields["scale"] = estimate.scale;
-  return nb::borrow<PySimilarityEstimate>(Make("SimilarityEstimate", fields));
+  return MakeResult<PySimilarityEstimate>(**FieldsOf(estimate), "scale"_a = estimate.scale);
 }
-
-PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Matrix3d>& estimate) { return Several(estimate); }
-PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Matrix<double, 3, 4>>& estimate) {
-  return Several(estimate);
-}
-PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Vector3d>& estimate) { return Several(estimate); }
-PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Vector4d>& estimate) { return Several(estimate); }
 
 PyVanishingPointsEstimate ToPython(const VanishingPointsEstimate& estimate) {
   const bool has_directions = estimate.directions.size() == estimate.points.size() && estimate.K;
-  nb::dict fields;
-  fields["status"] = StatusOf(estimate.status);
-  fields["points"] = RowsOf(estimate.points);
-  fields["directions"] = has_directions ? RowsOf(estimate.directions) : nb::none();
-  fields["values"] = estimate.values.empty() ? nb::none() : Array(VectorOf(estimate.values));
-  fields["assignment"] = Array(VectorOf(estimate.assignment));
-  fields["K"] = estimate.K ? Array(*estimate.K) : nb::none();
-  fields["focal"] = estimate.focal ? VanishingFocalOf(*estimate.focal) : nb::none();
-  fields["horizon"] = estimate.horizon ? HorizonOf(*estimate.horizon) : nb::none();
-  SetCounts(estimate, &fields);
-  return nb::borrow<PyVanishingPointsEstimate>(Make("VanishingPointsEstimate", fields));
+  return MakeResult<PyVanishingPointsEstimate>(
+      "points"_a = RowsOf(estimate.points), "directions"_a = has_directions ? RowsOf(estimate.directions) : nb::none(),
+      "values"_a = estimate.values.empty() ? nb::none() : Array(VectorOf(estimate.values)),
+      "K"_a = Optional(estimate.K, Array<Eigen::Matrix3d>), "focal"_a = Optional(estimate.focal, VanishingFocalOf),
+      "horizon"_a = Optional(estimate.horizon, HorizonOf), **CountsOf(estimate));
 }
 
 }  // namespace diffsac::python

@@ -16,6 +16,7 @@ inline bool IsAnything(PyObject*) { return true; }
 #define DIFFSAC_PYTHON_RESULT(Name)                                        \
   class Py##Name : public nb::object {                                     \
     NB_OBJECT(Py##Name, nb::object, "diffsac._results." #Name, IsAnything) \
+    static constexpr const char* kClass = #Name;                           \
   };
 
 DIFFSAC_PYTHON_RESULT(Estimate)
@@ -36,10 +37,8 @@ PyUnknownFocalEstimate ToPython(const UnknownFocalEstimate& estimate);
 PyAbsolutePoseEstimate ToPython(const AbsolutePoseEstimate& estimate);
 PyRigidMotionEstimate ToPython(const RigidMotionEstimate& estimate);
 PySimilarityEstimate ToPython(const SimilarityEstimate& estimate);
-PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Matrix3d>& estimate);
-PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Matrix<double, 3, 4>>& estimate);
-PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Vector3d>& estimate);
-PyMultiModelEstimate ToPython(const MultiModelEstimate<Eigen::Vector4d>& estimate);
+template <class Model>
+PyMultiModelEstimate ToPython(const MultiModelEstimate<Model>& estimate);
 PyVanishingPointsEstimate ToPython(const VanishingPointsEstimate& estimate);
 
 }  // namespace diffsac::python
