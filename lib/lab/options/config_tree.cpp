@@ -25,6 +25,18 @@ const ConfigTree* Child(const ConfigTree& tree, const std::string& step) {
   return &tree.items[index];
 }
 
+const ConfigTree* At(const ConfigTree* tree, const std::vector<std::string>& path) {
+  for (std::size_t i = 0; i < path.size() && tree != nullptr; ++i) tree = Child(*tree, path[i]);
+  return tree;
+}
+
+// The path that a reader of the file knows.
+std::string ShownPath(const ConfigDocument& document, const std::vector<std::string>& path) {
+  std::vector<std::string> whole = document.prefix;
+  whole.insert(whole.end(), path.begin(), path.end());
+  return JoinPath(whole);
+}
+
 }  // namespace
 
 const ConfigTree* ConfigTree::Find(const std::string& key) const {
@@ -121,33 +133,11 @@ std::string JoinPath(const std::vector<std::string>& path) {
   return joined;
 }
 
-const ConfigTree* Config::Impl::Get() const {
-  const ConfigTree* tree = &document->root;
-  for (const std::string& step : path) {
-    tree = Child(*tree, step);
-    if (tree == nullptr) return nullptr;
-  }
-  return tree;
-}
-
-namespace {
-
-// The path that a reader of the file knows.
-std::string ShownPath(const ConfigDocument& document, const std::vector<std::string>& path) {
-  std::vector<std::string> whole = document.prefix;
-  whole.insert(whole.end(), path.begin(), path.end());
-  return JoinPath(whole);
-}
-
-}  // namespace
+const ConfigTree* Config::Impl::Get() const { return At(&document->root, path); }
 
 bool GivenBySet(const ConfigDocument& document, const std::vector<std::string>& path) {
-  const ConfigTree* tree = &document.root;
-  for (const std::string& step : path) {
-    tree = Child(*tree, step);
-    if (tree == nullptr) return false;
-  }
-  return tree->place.assignment.starts_with(ShownPath(document, path) + "=");
+  const ConfigTree* tree = At(&document.root, path);
+  return tree != nullptr && tree->place.assignment.starts_with(ShownPath(document, path) + "=");
 }
 
 std::string WhereText(const ConfigDocument& document, const std::vector<std::string>& path) {

@@ -1,11 +1,86 @@
 #include "lab/options/options.h"
 
 #include <algorithm>
+#include <stdexcept>
 
+#include "diffsac/core/former_names.h"
+#include "diffsac/core/status.h"
+#include "lab/options/config_tree.h"
 #include "lab/options/option_values.h"
-#include "lab/options/options_impl.h"
 
 namespace diffsac {
+
+/// Reads, writes or describes one map. One object a group; groups share the document.
+struct OptionsBinder::Impl {
+  enum class Mode { kRead, kWrite, kDescribe };
+  using Path = std::vector<std::string>;
+  using Bind = std::function<void(OptionsBinder&)>;
+  explicit Impl(Mode bind_mode) : mode(bind_mode) {}
+
+  Mode mode;
+  Path keys;  // Every valid key so far; the last is the one just bound.
+
+  // Reading.
+  const ConfigDocument* document = nullptr;  // For places.
+  bool stored = false;                       // Unknown keys and keys that do not act are passed over.
+  Path path;                                 // Of this map.
+  const ConfigTree* value = nullptr;         // What stands there, null pointer when absent.
+  const ConfigTree* map = nullptr;           // The same where it is a map.
+  std::string unmet;                         // The message of the first unmet requirement.
+
+  ConfigTree written;                        // Writing: this map.
+  std::vector<OptionDescription> described;  // Describing: its keys.
+
+  bool reading() const { return mode == Mode::kRead; }
+  const ConfigTree* Find(const std::string& key) const {
+    if (!reading() || map == nullptr) return nullptr;
+    const ConfigTree* given = map->Find(key);
+    return given != nullptr ? given : map->Find(FormerName(key));
+  }
+  /// Whether a key of the map that is read is one of `keys`, by its former name if the current one is not given.
+  bool IsBound(const std::string& key) const;
+  Path PathOf(const std::string& key) const {
+    Path full = path;
+    full.push_back(key);
+    return full;
+  }
+  Impl Inner(const std::string& key) const {
+    Impl inner(mode);
+    inner.document = document;
+    inner.stored = stored;
+    inner.path = PathOf(key);
+    return inner;
+  }
+
+  /// A document of its own of what stands at `part`, which messages call by its whole path.
+  Config Part(const Path& part, const ConfigTree& root) const {
+    Config raw(root);
+    raw.impl_->document->root.kind = ConfigTree::Kind::kMap;
+    raw.impl_->document->prefix = document->prefix;
+    raw.impl_->document->prefix.insert(raw.impl_->document->prefix.end(), part.begin(), part.end());
+    return raw;
+  }
+  /// Describes a key by the keys that `bind` binds below it.
+  void Describe(const char* key, const std::string& type, const Bind& bind) {
+    Impl inner = Inner(key);
+    OptionsBinder binder(&inner);
+    bind(binder);
+    Start(key, type, ConfigTree());
+    described.back().children = std::move(inner.described);
+  }
+
+  /// What is given for a key while reading; otherwise writes or describes it by `default_value`.
+  const ConfigTree* Start(const char* key, const std::string& expected, const ConfigTree& default_value);
+  [[noreturn]] void Fail(const Path& full, const ConfigTree& got, const std::string& expected,
+                         const std::string& hint = "") const;
+  void Unmet(const std::string& message) {
+    if (reading() && unmet.empty()) unmet = message;
+  }
+
+  void ReadMap(const ConfigTree* tree, const Bind& bind);
+  void CheckKeys() const;
+  ConfigTree WriteMap(const Bind& bind);
+};
 
 namespace {
 
@@ -71,6 +146,63 @@ void ParseChoice(const Impl& impl, const Path& path, const ConfigTree& tree, con
 
 }  // namespace
 
+const ConfigTree* OptionsBinder::Impl::Start(const char* key, const std::string& expected,
+                                             const ConfigTree& default_value) {
+  keys.push_back(key);
+  if (mode == Mode::kWrite) written.entries.push_back({key, default_value});
+  if (mode == Mode::kDescribe) {
+    OptionDescription description{key, expected, "", "", "", {}};
+    if (default_value.kind != Kind::kNull) description.default_value = FlowText(default_value);
+    described.push_back(std::move(description));
+  }
+  return Find(key);
+}
+
+void OptionsBinder::Impl::Fail(const Path& full, const ConfigTree& got, const std::string& expected,
+                               const std::string& hint) const {
+  // A --set shows its key and value already.
+  const bool shown = GivenBySet(*document, full);
+  throw Error(WhereText(*document, full) + ": expected " + expected + (shown ? "" : ", got " + GotText(got)) + hint);
+}
+
+bool OptionsBinder::Impl::IsBound(const std::string& key) const {
+  const auto bound = [this](const std::string& name) {
+    return std::find(keys.begin(), keys.end(), name) != keys.end();
+  };
+  const std::string current = CurrentName(key);
+  return bound(key) || (bound(current) && map->Find(current) == nullptr);
+}
+
+void OptionsBinder::Impl::CheckKeys() const {
+  if (map == nullptr || stored) return;
+  for (const ConfigEntry& entry : map->entries) {
+    if (IsBound(entry.key)) continue;
+    const std::string start = PlaceText(entry.value.place);
+    const std::string nearest = NearestWord(entry.key, keys);
+    Path full = document->prefix;
+    for (const std::string& step : PathOf(entry.key)) full.push_back(step);
+    throw Error((start.empty() ? "" : start + ": ") + "unknown key '" + JoinPath(full) + "'" +
+                (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+  }
+}
+
+void OptionsBinder::Impl::ReadMap(const ConfigTree* tree, const Bind& bind) {
+  value = tree;
+  map = tree != nullptr && tree->kind == Kind::kMap ? tree : nullptr;
+  OptionsBinder binder(this);
+  bind(binder);
+  if (value != nullptr && value->kind != Kind::kNull && map == nullptr) Fail(path, *value, "a map of options");
+  CheckKeys();
+  if (!unmet.empty()) throw Error(unmet);
+}
+
+ConfigTree OptionsBinder::Impl::WriteMap(const Bind& bind) {
+  written.kind = Kind::kMap;
+  OptionsBinder binder(this);
+  bind(binder);
+  return std::move(written);
+}
+
 OptionsBinder& OptionsBinder::Field(const char* key, bool& value) {
   BindValue(*impl_, key, value, "true or false");
   return *this;
@@ -124,12 +256,7 @@ OptionsBinder& OptionsBinder::Field(const char* key, Config& raw) {
   const ConfigTree* tree = impl_->Start(key, "a map", held == nullptr ? ConfigTree() : *held);
   if (tree == nullptr) return *this;
   if (tree->kind != Kind::kMap && tree->kind != Kind::kNull) impl_->Fail(impl_->PathOf(key), *tree, "a map of options");
-  raw = Config();
-  ConfigDocument& part = *raw.impl_->document;
-  part.root = *tree;
-  part.root.kind = Kind::kMap;
-  part.prefix = impl_->document->prefix;
-  for (const std::string& step : impl_->PathOf(key)) part.prefix.push_back(step);
+  raw = impl_->Part(impl_->PathOf(key), *tree);
   return *this;
 }
 
@@ -160,10 +287,7 @@ OptionsBinder& OptionsBinder::GroupWith(const char* key, const Impl::Bind& bind)
   if (impl_->mode == Mode::kWrite) {
     impl_->Start(key, "", inner.WriteMap(bind));
   } else if (impl_->mode == Mode::kDescribe) {
-    OptionsBinder binder(&inner);
-    bind(binder);
-    impl_->Start(key, "a map", ConfigTree());
-    impl_->described.back().children = std::move(inner.described);
+    impl_->Describe(key, "a map", bind);
   } else {
     inner.ReadMap(impl_->Start(key, "", ConfigTree()), bind);
   }
@@ -182,12 +306,8 @@ OptionsBinder& OptionsBinder::ListWith(const char* key, std::size_t size,
     return *this;
   }
   if (impl_->mode == Mode::kDescribe) {
-    Impl inner = impl_->Inner(key);
-    OptionsBinder binder(&inner);
     resize(1);
-    bind(0, binder);
-    impl_->Start(key, "a list of maps", ConfigTree());
-    impl_->described.back().children = std::move(inner.described);
+    impl_->Describe(key, "a list of maps", bind_at(0));
     return *this;
   }
   const ConfigTree* tree = impl_->Start(key, "", ConfigTree());
@@ -210,16 +330,13 @@ OptionsBinder& OptionsBinder::Rest(Config& raw) {
     if (held != nullptr)
       impl_->written.entries.insert(impl_->written.entries.end(), held->entries.begin(), held->entries.end());
   } else {
-    raw = Config();
-    ConfigDocument& part = *raw.impl_->document;
-    part.root.kind = Kind::kMap;
-    part.prefix = impl_->document->prefix;
-    part.prefix.insert(part.prefix.end(), impl_->path.begin(), impl_->path.end());
-    if (impl_->value != nullptr) part.root.place = impl_->value->place;
+    raw = impl_->Part(impl_->path, ConfigTree());
+    ConfigTree& root = raw.impl_->document->root;
+    if (impl_->value != nullptr) root.place = impl_->value->place;
     if (impl_->map == nullptr) return *this;
     for (const ConfigEntry& entry : impl_->map->entries) {
       if (impl_->IsBound(entry.key)) continue;
-      part.root.entries.push_back(entry);
+      root.entries.push_back(entry);
       impl_->keys.push_back(entry.key);
     }
   }
@@ -264,6 +381,41 @@ OptionsBinder::Presence OptionsBinder::StartOptional(const char* key, bool has_v
 
 void OptionsBinder::DescribeAsNone() {
   if (impl_->mode == Mode::kDescribe) impl_->described.back().default_value.clear();
+}
+
+namespace {
+
+void Read(const Config& config, bool stored, const Impl::Bind& bind) {
+  Impl impl(Mode::kRead);
+  impl.document = config.impl_->document.get();
+  impl.path = config.impl_->path;
+  impl.stored = stored;
+  impl.ReadMap(config.impl_->Get(), bind);
+}
+
+}  // namespace
+
+void ReadOptionsWith(const Config& config, const Impl::Bind& bind) { Read(config, false, bind); }
+void ReadStoredOptionsWith(const Config& config, const Impl::Bind& bind) { Read(config, true, bind); }
+
+Config ToConfigWith(const Impl::Bind& bind) {
+  ConfigTree tree = Impl(Mode::kWrite).WriteMap(bind);
+  if (HasUnfiniteNumber(tree)) throw std::logic_error("an option must be a finite number");
+  return Config(std::move(tree));
+}
+
+void CheckOptionsWith(const Impl::Bind& bind) {
+  // What is written is read back, so that one description serves files and callers in C++.
+  Config config;
+  config.impl_->document->root = Impl(Mode::kWrite).WriteMap(bind);
+  ReadOptionsWith(config, bind);
+}
+
+std::vector<OptionDescription> DescribeOptionsWith(const Impl::Bind& bind) {
+  Impl impl(Mode::kDescribe);
+  OptionsBinder binder(&impl);
+  bind(binder);
+  return std::move(impl.described);
 }
 
 }  // namespace diffsac

@@ -10,7 +10,6 @@
 #include "diffsac/core/enum_names.h"
 #include "diffsac/core/nearest_word.h"
 #include "diffsac/core/range.h"
-#include "lab/options/bind.h"
 #include "lab/options/config.h"
 
 namespace diffsac {
@@ -25,7 +24,45 @@ inline Limits AtLeast(double min) { return {min, 1e300, false}; }
 inline Limits Positive() { return {0.0, 1e300, true}; }
 inline Limits Within(double min, double max) { return {min, max, false}; }
 
-/// A struct of options with a `Bind` of its own, or one of the library's with a BindOptions (bind.h).
+class OptionsBinder;
+enum class Task : int;
+struct ClassicalOptions;
+struct ConsensusOptions;
+struct DenoiserOptions;
+struct DiffsacOptions;
+struct LearnedOptions;
+struct MinimalSamplerOptions;
+struct NetworkOptions;
+struct NoiseScheduleOptions;
+struct PointFeaturesOptions;
+struct ReverseSamplerOptions;
+struct SetScorerOptions;
+struct InstanceSearchOptions;
+
+// Keys, limits and documentation of the library's structs, which know no configuration.
+
+// bind_consensus.cpp
+void BindOptions(OptionsBinder& b, ConsensusOptions& options);
+void BindOptions(OptionsBinder& b, MinimalSamplerOptions& options);
+void BindOptions(OptionsBinder& b, InstanceSearchOptions& options);
+
+// bind_network.cpp
+void BindOptions(OptionsBinder& b, PointFeaturesOptions& options);
+void BindOptions(OptionsBinder& b, NoiseScheduleOptions& options);
+void BindOptions(OptionsBinder& b, ReverseSamplerOptions& options);
+void BindOptions(OptionsBinder& b, DenoiserOptions& options);
+void BindOptions(OptionsBinder& b, NetworkOptions& options);
+void BindOptions(OptionsBinder& b, SetScorerOptions& options);
+
+// bind_estimators.cpp
+void BindOptions(OptionsBinder& b, ClassicalOptions& options);
+void BindOptions(OptionsBinder& b, DiffsacOptions& options);
+/// The keys of all learned rows but weighted_fit, whose key is the method's.
+void BindShared(OptionsBinder& b, LearnedOptions& options);
+/// The key `model`: the name of one of a task's models, "" for its own.
+void BindModel(OptionsBinder& b, Task task, std::string* model);
+
+/// A struct of options with a `Bind` of its own, or one of the library's with a BindOptions.
 template <class Options>
 concept Bindable = requires(Options& options, OptionsBinder& b) {
   options.Bind(b);
@@ -43,30 +80,9 @@ void BindAny(OptionsBinder& b, Options& options) {
 /// Binds a plain options struct to a configuration in one place: the same `Bind` function reads it, checks it, writes
 /// the resolved values, knows every valid key and describes it.
 ///
-/// Example:
-/// ```
-/// enum class Noise { kGaussian, kUniform };
-/// template <>
-/// inline constexpr auto kEnumNames<Noise> =
-///     NamesOf<Noise>({{Noise::kGaussian, "gaussian"}, {Noise::kUniform, "uniform"}});
-///
-/// struct LineOptions {
-///   int num_points = 100;
-///   Noise noise = Noise::kGaussian;
-///   double sigma = 1.0;
-///   void Bind(OptionsBinder& b) {
-///     b.Field("num_points", num_points, AtLeast(2)).Help("points of a problem");
-///     b.Field("noise", noise).Help("distribution of the inliers' distances");
-///     b.Field("sigma", sigma, Positive()).OnlyIf(noise == Noise::kGaussian, "noise: gaussian").Help("pixels");
-///   }
-/// };
-/// auto options = ReadOptions<LineOptions>(config.Sub("data"));   // throws Error: file, line, nearest valid key
-/// Config config = ToConfig(options);
-/// CheckOptions(options);                                         // for a caller in C++: throws Error naming the key
-/// ```
-/// A value is bound at once, so that what is bound later can depend on it. Besides numbers and texts a field can be an
-/// enum with names, a struct with its own `Bind`, a list of either, an optional of anything, or a
-/// sub-document that another reader reads (Config).
+/// docs/extending.md has examples. A value is bound at once, so that what is bound later can depend on it. Besides
+/// numbers and texts a field can be an enum with names, a struct with its own `Bind`, a list of either, an optional of
+/// anything, or a sub-document that another reader reads (Config).
 class OptionsBinder {
  public:
   OptionsBinder& Field(const char* key, bool& value);
