@@ -4,6 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "diffsac/geometry/degeneracy.h"
+#include "diffsac/geometry/points.h"
 #include "diffsac/geometry/rigid_motion.h"
 #include "lab/colmap/database.h"
 
@@ -33,6 +35,22 @@ struct ColmapGeometry {
   Eigen::Matrix3d homography = Eigen::Matrix3d::Zero();   ///< x2 ~ H x1 in COLMAP's pixels.
   std::optional<RigidMotion> motion;                      ///< Of camera 2 seen from camera 1.
 };
+
+/// What an estimate says of a pair, in our pixels.
+struct FoundGeometry {
+  const PointMatrix& points;          ///< N × 4, of cameras without distortion.
+  std::vector<std::int32_t> inliers;  ///< Their rows.
+  Degeneracy degeneracy = Degeneracy::kNotTested;
+  std::optional<RigidMotion> motion = {};
+  std::optional<Eigen::Matrix3d> homography = {};
+  Eigen::Matrix3d fundamental = Eigen::Matrix3d::Zero();  ///< Unless there is a homography.
+  std::optional<Eigen::Matrix3d> essential = {};          ///< Of the cameras that the database has.
+};
+
+/// The row of `two_view_geometries` without the pair and its inliers. E makes a calibrated pair, F an uncalibrated one,
+/// H a planar or panoramic one; what leaves the translation open is panoramic, planar or panoramic, or a watermark,
+/// with H.
+ColmapGeometry GeometryOf(const FoundGeometry& found);
 
 /// From our pixels, whose first centre is (0, 0), to COLMAP's, where it is (0.5, 0.5).
 Eigen::Matrix3d FundamentalInColmapPixels(const Eigen::Matrix3d& fundamental);

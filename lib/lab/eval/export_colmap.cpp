@@ -8,7 +8,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/two_view.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/colmap/found_geometry.h"
+#include "lab/colmap/two_view_geometries.h"
 #include "lab/config/typed_options.h"
 #include "lab/data/pair_dataset.h"
 #include "lab/data/pair_filter.h"

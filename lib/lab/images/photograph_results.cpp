@@ -10,7 +10,7 @@
 #include <tuple>
 
 #include "lab/colmap/create.h"
-#include "lab/colmap/found_geometry.h"
+#include "lab/colmap/two_view_geometries.h"
 #include "lab/config/report_script.h"
 #include "lab/config/run_directory.h"
 #include "lab/eval/format.h"
