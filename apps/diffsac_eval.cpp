@@ -6,12 +6,11 @@
 #include <optional>
 
 #include "diffsac/estimate/diffsac_estimator.h"
-#include "lab/config/number_checks.h"
 #include "lab/config/paths.h"
 #include "lab/config/process.h"
 #include "lab/config/program.h"
+#include "lab/config/progress.h"
 #include "lab/config/run_directory.h"
-#include "lab/config/terminal_log.h"
 #include "lab/eval/evaluate.h"
 
 namespace {

@@ -5,12 +5,11 @@
 #include <iostream>
 
 #include "diffsac/estimate/diffsac_model.h"
-#include "lab/config/number_checks.h"
 #include "lab/config/paths.h"
 #include "lab/config/process.h"
 #include "lab/config/program.h"
+#include "lab/config/progress.h"
 #include "lab/config/run_directory.h"
-#include "lab/config/terminal_log.h"
 #include "lab/config/yaml.h"
 #include "lab/files/files.h"
 #include "lab/torch/process_group.h"

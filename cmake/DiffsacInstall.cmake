@@ -57,7 +57,7 @@ install(FILES ${PROJECT_BINARY_DIR}/diffsac.pc DESTINATION ${CMAKE_INSTALL_LIBDI
 
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT library)
 
-# What the programs find beside themselves (lab/config/resources.h): configurations, what draws pictures and writes pages.
+# What the programs find beside themselves (lab/config/paths.h): configurations, what draws pictures and writes pages.
 # Networks of baselines and tables come with the lab; the others are in the library.
 set(_share ${CMAKE_INSTALL_DATADIR}/diffsac)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/configs DESTINATION ${_share} COMPONENT programs)

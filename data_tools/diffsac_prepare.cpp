@@ -5,10 +5,9 @@
 #include <opencv2/core/utility.hpp>
 
 #include "diffsac/core/status.h"
-#include "lab/config/number_checks.h"
 #include "lab/config/program.h"
+#include "lab/config/progress.h"
 #include "lab/config/run_directory.h"
-#include "lab/config/terminal_log.h"
 #include "lab/images/modelnet_pairs.h"
 #include "lab/images/run_pairs.h"
 #include "lab/images/warp_images.h"

@@ -53,9 +53,6 @@ using OptionalPath = std::optional<PathLike>;
 /// N × kColumns. rows: how many there must be, or −1.
 template <int kColumns>
 RowsView<kColumns> Rows(const ArrayLike& array, const char* name, Eigen::Index rows = -1);
-extern template Points2DView Rows<2>(const ArrayLike&, const char*, Eigen::Index);
-extern template Points3DView Rows<3>(const ArrayLike&, const char*, Eigen::Index);
-extern template SegmentsView Rows<4>(const ArrayLike&, const char*, Eigen::Index);
 Eigen::Matrix3d Matrix3(const ArrayLike& array, const char* name);
 
 /// N each; at most one of them.

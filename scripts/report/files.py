@@ -21,7 +21,7 @@ def write_whole(path, content):
     folder, name = os.path.split(os.path.abspath(path))
     stem, extension = os.path.splitext(name)
     machine = re.sub("[^A-Za-z0-9]", "_", socket.gethostname())
-    # As the programs name theirs (lab/files/temporary_files.h), which remove what killed processes left.
+    # As the programs name theirs (lab/files/files.h), which remove what killed processes left.
     temporary = os.path.join(folder, f".{stem[:100]}.tmp-{os.getpid()}-0-{machine}{extension}")
     try:
         with open(temporary, "wb") as file:

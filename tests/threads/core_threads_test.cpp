@@ -16,7 +16,6 @@
 #include "diffsac/core/random.h"
 #include "diffsac/core/status.h"
 #include "lab/config/progress.h"
-#include "lab/config/terminal_log.h"
 #include "lab/files/files.h"
 #include "lab/train/prefetcher.h"
 

@@ -15,7 +15,6 @@
 #include "diffsac/core/status.h"
 #include "lab/colmap/lens.h"
 #include "lab/files/files.h"
-#include "lab/files/number_file.h"
 #include "lab/files/text_scan.h"
 
 namespace diffsac {

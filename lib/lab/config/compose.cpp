@@ -6,13 +6,68 @@
 
 #include "diffsac/core/status.h"
 #include "lab/config/paths.h"
-#include "lab/config/tree_edits.h"
 #include "lab/options/config_tree.h"
 
 namespace diffsac {
 namespace {
 
+using TreeKind = ConfigTree::Kind;
+
 constexpr const char* kDefaultDataRoot = "data";
+
+/// Throws Error: the value's place, the key, what is wrong with it.
+[[noreturn]] void FailAt(const ConfigTree& tree, const std::string& key, const std::string& what) {
+  const std::string place = PlaceText(tree.place);
+  throw Error((place.empty() ? "" : place + ": ") + key + ": " + what);
+}
+
+/// A text, or an empty list, that says it stood where another value does.
+ConfigTree ScalarAt(const ConfigTree& place_of, const std::string& text, bool quoted = true) {
+  ConfigTree tree;
+  tree.kind = TreeKind::kScalar;
+  tree.place = place_of.place;
+  tree.scalar = text;
+  tree.quoted = quoted;
+  return tree;
+}
+
+ConfigTree ListAt(const ConfigTree& place_of) {
+  ConfigTree tree;
+  tree.kind = TreeKind::kSequence;
+  tree.place = place_of.place;
+  return tree;
+}
+
+/// Gives a map's key this value, in place of the old one.
+void PutIn(ConfigTree* map, const std::string& key, ConfigTree value) {
+  map->kind = TreeKind::kMap;
+  if (ConfigTree* old = map->Find(key))
+    *old = std::move(value);
+  else
+    map->entries.push_back({key, std::move(value)});
+}
+
+/// Takes a key out of a map: what it held, an empty value when absent.
+ConfigTree Take(ConfigTree* map, const std::string& key) {
+  const auto entry = std::find_if(map->entries.begin(), map->entries.end(),
+                                  [&](const ConfigEntry& candidate) { return candidate.key == key; });
+  if (entry == map->entries.end()) return {};
+  ConfigTree value = std::move(entry->value);
+  map->entries.erase(entry);
+  return value;
+}
+
+/// A word, or a list of words. Throws Error (FailAt) for anything else.
+std::vector<std::string> Words(const ConfigTree& tree, const std::string& key) {
+  if (tree.kind == TreeKind::kNull) return {};
+  const std::vector<ConfigTree> items = tree.kind == TreeKind::kSequence ? tree.items : std::vector{tree};
+  std::vector<std::string> words;
+  for (const ConfigTree& item : items) {
+    if (item.kind != TreeKind::kScalar) FailAt(tree, key, "expected a name or a list of names");
+    words.push_back(item.scalar);
+  }
+  return words;
+}
 
 /// Puts values of the experiment in the place of ${key.path}.
 void Interpolate(const ConfigTree& experiment, ConfigTree* tree) {

@@ -4,7 +4,6 @@
 #include "diffsac/estimate/diffsac_model.h"
 #include "diffsac/estimate/presets.h"
 #include "lab/config/registered_learned_estimator.h"
-#include "lab/config/row_keys.h"
 
 namespace diffsac {
 

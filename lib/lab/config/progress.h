@@ -30,4 +30,9 @@ class Progress {
 std::string ProgressText(std::int64_t done, std::int64_t total, double seconds, const std::string& note = "",
                          double seconds_left = -1.0);
 
+/// Sends the log to the terminal (coloured, stderr) and, when `file` is not empty, to a log file as well, by spdlog.
+/// Call once in a program. Files that see LibTorch must not see spdlog (both bring a version of fmt): they call
+/// core/logging.h.
+void InitLogging(const std::string& file = "", bool quiet = false);
+
 }  // namespace diffsac

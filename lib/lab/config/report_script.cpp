@@ -14,7 +14,6 @@
 #include "lab/config/paths.h"
 #include "lab/config/process.h"
 #include "lab/files/files.h"
-#include "lab/files/temporary_files.h"
 
 namespace diffsac {
 namespace {

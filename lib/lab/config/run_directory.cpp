@@ -1,7 +1,11 @@
 #include "lab/config/run_directory.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/utsname.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -9,6 +13,7 @@
 #include <string_view>
 
 #include "diffsac/core/parallel.h"
+#include "diffsac/core/status.h"
 #include "diffsac/core/version.h"
 #include "diffsac_git_revision.h"
 #include "lab/files/files.h"
@@ -85,5 +90,18 @@ RunDirectory::RunDirectory(const std::string& path, const std::string& program, 
 }
 
 std::string RunDirectory::File(const std::string& name) const { return (std::filesystem::path(path_) / name).string(); }
+
+RunLock::RunLock(const std::string& folder) {
+  MakeWritableFolder(folder);
+  // Of the folder itself, so that no file stays behind; not for programs that this one starts.
+  descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor_ < 0 || ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  ::close(descriptor_);
+  throw Error(folder + ": another process is writing there; wait for it, or choose another --output");
+}
+
+RunLock::~RunLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
 
 }  // namespace diffsac

@@ -21,7 +21,6 @@
 #include "lab/data/finite_points.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_scenes.h"
-#include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/ground_truth/task_truth.h"
 #include "lab/options/options.h"

@@ -11,7 +11,6 @@
 #include "lab/config/make_estimator.h"
 #include "lab/config/paths.h"
 #include "lab/config/run_directory.h"
-#include "lab/config/run_lock.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/run_files.h"
 #include "lab/eval/selection.h"

@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "lab/config/table_row.h"
+#include "lab/config/make_estimator.h"
 #include "lab/eval/results.h"
 #include "lab/options/config.h"
 

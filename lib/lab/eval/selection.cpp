@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "diffsac/core/status.h"
-#include "lab/config/resources.h"
+#include "lab/config/paths.h"
 #include "lab/options/config_tree.h"
 
 namespace diffsac {

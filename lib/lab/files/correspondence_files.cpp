@@ -13,7 +13,6 @@
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/calibration.h"
 #include "diffsac/problem/tasks.h"
-#include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/ground_truth/pair_truth.h"
 

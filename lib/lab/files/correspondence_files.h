@@ -34,7 +34,7 @@ struct CorrespondenceOptions {
 ///   labels.h5        N integers: 0 an outlier, k ≥ 1 an inlier of structure k
 ///   match_indices.h5 N × 2 integers: which keypoints of image 1 and 2, counted from 0 in the lists that the matches
 ///                    came from; for those who go back there, and read by ReadMatchIndices alone
-///   thumbnails.h5    an image: the bytes of a small JPEG for pictures (lab/files/thumbnails.h); not read here
+///   thumbnails.h5    an image: the bytes of a small JPEG for pictures (lab/images/pictures.h); not read here
 ///
 /// A file that is there must hold every pair. E and F that are not stored are derived from what is (CompleteTruth).
 /// A pair's id may have another form than "img1-img2" where no R.h5 asks for images (the tutorial's homographies).

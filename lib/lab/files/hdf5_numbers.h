@@ -17,6 +17,11 @@ namespace diffsac {
 /// first call also makes links into other files fail to open, and the library silent.
 std::mutex& Hdf5Mutex();
 
+/// Opens a file for reading; callers hold Hdf5Mutex. Throws H5::Exception for what is no HDF5 file, or a cut one.
+/// Readers check sizes and types before they read values. Bytes that no HDF5 library wrote may still
+/// crash the library (docs/reliability.md).
+inline H5::H5File OpenHdf5(const std::string& path) { return H5::H5File(path, H5F_ACC_RDONLY); }
+
 /// A data set, converted to double, row-major.
 struct Numbers {
   std::vector<hsize_t> shape;

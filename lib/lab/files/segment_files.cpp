@@ -4,7 +4,6 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/calibration.h"
-#include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/files/hdf5_output.h"
 

@@ -6,7 +6,7 @@
 #include "diffsac/geometry/calibration.h"
 #include "lab/config/report_script.h"
 #include "lab/files/files.h"
-#include "lab/files/number_file.h"
+#include "lab/files/text_scan.h"
 #include "lab/images/image_source.h"
 
 namespace diffsac {

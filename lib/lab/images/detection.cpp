@@ -16,8 +16,8 @@
 
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
+#include "lab/config/paths.h"
 #include "lab/config/process.h"
-#include "lab/config/resources.h"
 #include "lab/files/files.h"
 #include "lab/images/network_keypoints.h"
 

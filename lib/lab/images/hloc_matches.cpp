@@ -5,7 +5,6 @@
 #include "diffsac/core/logging.h"
 #include "lab/config/report_script.h"
 #include "lab/files/files.h"
-#include "lab/files/temporary_files.h"
 #include "lab/images/given_pairs.h"
 
 namespace diffsac {

@@ -9,7 +9,7 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/status.h"
 #include "lab/colmap/model.h"
-#include "lab/config/number_checks.h"
+#include "lab/config/program.h"
 #include "lab/data/finite_points.h"
 #include "lab/images/exif_focal.h"
 #include "lab/images/image_features.h"

@@ -9,7 +9,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/calibration.h"
 #include "lab/colmap/model.h"
-#include "lab/files/number_file.h"
+#include "lab/files/text_scan.h"
 #include "lab/images/run_pairs.h"
 
 namespace diffsac {

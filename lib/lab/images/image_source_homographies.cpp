@@ -2,7 +2,7 @@
 #include <filesystem>
 
 #include "diffsac/core/status.h"
-#include "lab/files/number_file.h"
+#include "lab/files/text_scan.h"
 #include "lab/images/image_source.h"
 #include "lab/images/run_pairs.h"
 

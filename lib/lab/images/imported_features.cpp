@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "diffsac/core/status.h"
-#include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/images/image_source.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "lab/images/prepare_pairs.h"
+#include "lab/images/run_pairs.h"
 
 namespace diffsac {
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "diffsac/core/status.h"
-#include "lab/config/resources.h"
+#include "lab/config/paths.h"
 
 namespace diffsac {
 namespace {

@@ -9,14 +9,14 @@
 #include <string_view>
 #include <tuple>
 
-#include "lab/colmap/create.h"
+#include "lab/colmap/database.h"
 #include "lab/colmap/two_view_geometries.h"
 #include "lab/config/report_script.h"
 #include "lab/config/run_directory.h"
 #include "lab/eval/format.h"
 #include "lab/files/files.h"
 #include "lab/images/pair_text.h"
-#include "lab/images/thumbnail.h"
+#include "lab/images/pictures.h"
 
 namespace diffsac {
 namespace {

@@ -8,6 +8,7 @@
 #include "diffsac/diffsac.h"
 #include "lab/files/segment_files.h"
 #include "lab/ground_truth/example.h"
+#include "lab/images/image_source.h"
 
 namespace diffsac {
 
@@ -40,5 +41,21 @@ void DrawInliers(const std::string& image1, const std::string& image2, const Poi
 /// A grey image, at most 1600 pixels wide or high, with its segments in the colour of their vanishing point (grey: of
 /// none), the horizon, the vanishing points that are in the picture, and a legend below.
 cv::Mat DrawVanishingPoints(const cv::Mat& gray, const PointMatrix& segments, const VanishingPointsEstimate& estimate);
+
+/// The file of a scene's folder that holds small copies of its images, for pictures below the matches: by the image's
+/// name the bytes of a JPEG file (uint8), its longest side at most kThumbnailSize pixels, the lens's distortion taken
+/// out as it is from the matches. scripts/report reads it. Optional: scenes without it, and without some of the images,
+/// are complete.
+inline constexpr const char* kThumbnailsFile = "thumbnails.h5";
+inline constexpr int kThumbnailSize = 640;
+
+/// A small copy of an image, a JPEG file's bytes: reduced to kThumbnailSize, without the
+/// distortion of its lens where the source knows the camera. Empty for a file that is no image.
+std::string ThumbnailOf(const SourceImage& image);
+
+/// The small copies of the images that the pairs name, as the file of a scene's folder, whole or not at all, on up to
+/// `threads` threads (0: all cores). Those of files that are no images are left out. Throws Error.
+void WriteThumbnailsOf(const ImageSource& source, const std::vector<Example>& pairs, int threads,
+                       const std::string& folder);
 
 }  // namespace diffsac

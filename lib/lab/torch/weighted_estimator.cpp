@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "diffsac/ransac/samplers/weighted_sampler.h"
-#include "lab/config/row_keys.h"
+#include "lab/config/registered_learned_estimator.h"
 
 namespace diffsac {
 namespace {

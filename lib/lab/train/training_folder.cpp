@@ -7,7 +7,6 @@
 
 #include "diffsac/core/status.h"
 #include "diffsac/guidance/engine/checkpoint_info.h"
-#include "lab/config/changed_keys.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
 #include "lab/files/files.h"

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "lab/config/run_lock.h"
+#include "lab/config/run_directory.h"
 #include "lab/options/options.h"
 
 namespace diffsac {

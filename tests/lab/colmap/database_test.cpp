@@ -6,7 +6,6 @@
 
 #include "core/errors.h"
 #include "lab/colmap/colmap_test_util.h"
-#include "lab/colmap/create.h"
 
 namespace diffsac {
 namespace {

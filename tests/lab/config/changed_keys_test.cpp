@@ -1,4 +1,4 @@
-#include "lab/config/changed_keys.h"
+#include "lab/config/yaml.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-#include "lab/config/number_checks.h"
+#include "lab/config/program.h"
 
 #include <catch2/catch.hpp>
 

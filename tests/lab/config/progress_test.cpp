@@ -7,7 +7,6 @@
 #include "diffsac/core/logging.h"
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
-#include "lab/config/terminal_log.h"
 #include "lab/files/files.h"
 
 namespace diffsac {

@@ -9,7 +9,6 @@
 
 #include "core/temporary_folder.h"
 #include "lab/files/files.h"
-#include "lab/files/temporary_files.h"
 
 namespace diffsac {
 

@@ -11,7 +11,6 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
 #include "diffsac/core/version.h"
-#include "lab/config/run_lock.h"
 #include "lab/config/yaml.h"
 #include "lab/files/files.h"
 #include "lab/options/options.h"

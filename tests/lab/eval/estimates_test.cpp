@@ -13,7 +13,6 @@
 #include "geometry/two_view_problems.h"
 #include "lab/eval/eval_fixtures.h"
 #include "lab/eval/kept_examples.h"
-#include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
 
 namespace diffsac {

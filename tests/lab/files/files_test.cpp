@@ -12,7 +12,6 @@
 
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
-#include "lab/files/temporary_files.h"
 
 namespace diffsac {
 

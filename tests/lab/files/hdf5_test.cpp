@@ -1,4 +1,3 @@
-#include "lab/files/hdf5_input.h"
 
 #include <signal.h>
 #include <sys/resource.h>

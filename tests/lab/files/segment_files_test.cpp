@@ -6,7 +6,6 @@
 #include <mutex>
 
 #include "core/temporary_folder.h"
-#include "lab/files/hdf5_input.h"
 #include "lab/files/hdf5_numbers.h"
 
 namespace diffsac {

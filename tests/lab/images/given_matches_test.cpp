@@ -12,7 +12,7 @@
 #include "diffsac/geometry/pose.h"
 #include "diffsac/problem/tasks.h"
 #include "guidance/captured_log.h"
-#include "lab/colmap/create.h"
+#include "lab/colmap/database.h"
 #include "lab/colmap/two_view_geometries.h"
 #include "lab/files/files.h"
 

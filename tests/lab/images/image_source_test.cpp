@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "core/errors.h"
-#include "lab/files/number_file.h"
+#include "lab/files/text_scan.h"
 #include "lab/images/image_test_util.h"
 
 namespace diffsac {

@@ -6,7 +6,7 @@
 #include "core/errors.h"
 #include "core/temporary_folder.h"
 #include "diffsac/core/parallel.h"
-#include "lab/config/resources.h"
+#include "lab/config/paths.h"
 #include "lab/files/files.h"
 #include "lab/images/image_features.h"
 

@@ -7,10 +7,8 @@
 #include "core/temporary_folder.h"
 #include "diffsac/core/status.h"
 #include "lab/files/files.h"
-#include "lab/files/thumbnails.h"
 #include "lab/images/image_test_util.h"
 #include "lab/images/pictures.h"
-#include "lab/images/thumbnail.h"
 
 namespace diffsac {
 

@@ -9,7 +9,6 @@
 #include "diffsac/problem/deduplicated_points.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
-#include "lab/files/thumbnails.h"
 #include "lab/ground_truth/pair_truth.h"
 #include "lab/images/feature_store.h"
 #include "lab/images/image_test_util.h"
