@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "diffsac/core/registry.h"
-#include "lab/config/typed_options.h"
 #include "lab/config/yaml.h"
 #include "lab/ground_truth/example.h"
 #include "lab/options/options.h"

@@ -9,7 +9,6 @@
 
 #include "diffsac/core/registry.h"
 #include "lab/config/make_estimator.h"
-#include "lab/config/typed_options.h"
 #include "lab/options/options.h"
 
 namespace diffsac {

@@ -12,7 +12,7 @@
 
 #include "diffsac/core/nearest_word.h"
 #include "diffsac/core/status.h"
-#include "lab/config/exit_codes.h"
+#include "lab/config/process.h"
 
 namespace diffsac {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "lab/config/exit_codes.h"
 #include "lab/config/make_estimator.h"
+#include "lab/config/process.h"
 #include "lab/eval/export_colmap.h"
 #include "lab/eval/runner.h"
 

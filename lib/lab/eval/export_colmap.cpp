@@ -9,7 +9,6 @@
 #include "diffsac/geometry/two_view.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/colmap/two_view_geometries.h"
-#include "lab/config/typed_options.h"
 #include "lab/data/pair_dataset.h"
 #include "lab/data/pair_filter.h"
 #include "lab/data/pair_scenes.h"

@@ -1,5 +1,7 @@
 #include "lab/images/detection.h"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <cmath>
 #include <condition_variable>
@@ -289,6 +291,26 @@ void CopyBytes(const cv::Mat& raw, int from, Eigen::Index to, ByteMatrix* bytes)
   }
   for (Eigen::Index j = 0; j < bytes->cols(); ++j)
     (*bytes)(to, j) = static_cast<std::uint8_t>(raw.at<float>(from, static_cast<int>(j)));
+}
+
+namespace {
+
+FindNetworkKeypoints Load() {
+  std::vector<std::string> places;
+  for (const std::string& share : ShareFolders())
+    AddPlace((std::filesystem::path(share) / "../../lib/diffsac/diffsac_keypoints.so").string(), &places);
+  const std::string file = FirstPlace("xfeat needs LibTorch, and of an installation with the lab the module", places);
+  void* module = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* function = module == nullptr ? nullptr : dlsym(module, "DiffsacFindNetworkKeypoints");
+  if (function == nullptr) throw Error(file + ": cannot be loaded: " + dlerror());
+  return reinterpret_cast<FindNetworkKeypoints>(function);
+}
+
+}  // namespace
+
+FindNetworkKeypoints NetworkKeypointsFunction() {
+  static const FindNetworkKeypoints function = Load();
+  return function;
 }
 
 }  // namespace diffsac

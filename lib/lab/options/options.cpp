@@ -6,7 +6,6 @@
 #include "diffsac/core/former_names.h"
 #include "diffsac/core/status.h"
 #include "lab/options/config_tree.h"
-#include "lab/options/option_values.h"
 
 namespace diffsac {
 

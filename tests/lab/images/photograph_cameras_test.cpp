@@ -1,4 +1,4 @@
-#include "lab/images/photograph_cameras.h"
+#include "lab/images/estimate_photographs.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
