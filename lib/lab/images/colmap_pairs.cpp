@@ -9,7 +9,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "lab/colmap/lens.h"
-#include "lab/images/given_pairs.h"
+#include "lab/images/given_matches.h"
 #include "lab/images/image_features.h"
 #include "lab/images/match_pair.h"
 #include "lab/images/run_pairs.h"

@@ -157,4 +157,90 @@ const Registered<ImageFormat> kImages("images", {.read =
 
 }  // namespace
 
+ImageSource ReadColmapImages(const std::string& folder, const std::string& images) {
+  ImageSource source;
+  ReadColmapModel(folder, images,
+                  [&](const std::string& name, const std::string& place, const std::function<ModelImage()>& read) {
+                    const auto as_source = [&] {
+                      const ModelImage image = read();
+                      return SourceImage{ImageName(image.file), image.file, image.camera, image.pose};
+                    };
+                    AddImage(name.empty() ? place : ImageName(name), as_source, &source);
+                  });
+  return source;
+}
+
+ImageSource ReadColmap(const std::string& folder, const PairChoice& choice) {
+  ImageSource source = ReadColmapImages(folder, (std::filesystem::path(folder) / "images").string());
+  std::sort(source.images.begin(), source.images.end(),
+            [](const SourceImage& a, const SourceImage& b) { return a.name < b.name; });
+  std::vector<std::string> names;
+  for (const SourceImage& image : source.images) names.push_back(image.name);
+  for (const LeftOutImage& image : source.left_out) names.push_back(image.name);
+  std::sort(names.begin(), names.end());
+  for (SourceImage& image : source.images)
+    image.frame = static_cast<int>(std::lower_bound(names.begin(), names.end(), image.name) - names.begin());
+  AddAllPairs(folder, &source, choice);
+  return source;
+}
+
+namespace {
+
+const Registered<ImageFormat> kColmap("colmap", {.read = [](const PairsRequest& request) {
+                                        return ReadColmap(request.input, request.choice);
+                                      }});
+
+}  // namespace
+
+namespace {
+
+// How a set names its files.
+struct Naming {
+  std::string image, matrix_prefix, matrix_suffix;
+  std::string Matrix(int n) const { return matrix_prefix + std::to_string(n) + matrix_suffix; }
+  std::string Image(int n) const { return image + std::to_string(n); }
+};
+
+std::string PathOf(const std::vector<std::string>& images, const std::string& stem, const std::string& folder) {
+  const auto found =
+      std::find_if(images.begin(), images.end(), [&](const auto& path) { return fs::path(path).stem() == stem; });
+  if (found == images.end()) throw Error(folder + ": no image " + stem);
+  return *found;
+}
+
+}  // namespace
+
+ImageSource ReadHomographies(const std::string& folder) {
+  const std::vector<std::string> images = ListImages(folder);
+  for (const Naming& naming : {Naming{"img", "H1to", "p"}, Naming{"", "H_1_", ""}}) {
+    ImageSource source;
+    SourceScene scene{FolderName(folder), {}};
+    for (int n = 2; fs::exists(fs::path(folder) / naming.Matrix(n)); ++n) {
+      if (n == 2) source.images.push_back({naming.Image(1), PathOf(images, naming.Image(1), folder), {}, {}});
+      Eigen::Matrix3d H;
+      const auto read = [&] {
+        H = ReadMatrixFile((fs::path(folder) / naming.Matrix(n)).string());
+        if (!H.allFinite() || H.isZero(0.0)) throw Error(folder + "/" + naming.Matrix(n) + ": expected a homography");
+        return SourceImage{naming.Image(n), PathOf(images, naming.Image(n), folder), {}, {}};
+      };
+      const std::size_t before = source.images.size();
+      AddImage(naming.Image(n), read, &source);
+      if (source.images.size() > before) scene.pairs.push_back({0, static_cast<int>(before), H});
+    }
+    if (source.images.empty()) continue;
+    source.scenes.push_back(std::move(scene));
+    CheckSource(source, folder);
+    return source;
+  }
+  throw Error(folder + ": no homographies H1to2p ... or H_1_2 ...");
+}
+
+namespace {
+
+const Registered<ImageFormat> kHomographies("homographies", {.read = [](const PairsRequest& request) {
+                                              return ReadHomographies(request.input);
+                                            }});
+
+}  // namespace
+
 }  // namespace diffsac

@@ -11,7 +11,7 @@
 #include "lab/colmap/database.h"
 #include "lab/ground_truth/pair_truth.h"
 #include "lab/images/detection.h"
-#include "lab/images/given_pairs.h"
+#include "lab/images/given_matches.h"
 #include "lab/images/image_cameras.h"
 #include "lab/images/photographs.h"
 

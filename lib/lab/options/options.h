@@ -39,22 +39,16 @@ struct ReverseSamplerOptions;
 struct SetScorerOptions;
 struct InstanceSearchOptions;
 
-// Keys, limits and documentation of the library's structs, which know no configuration.
-
-// bind_consensus.cpp
+// Keys, limits and documentation of the library's structs, which know no configuration (bind.cpp).
 void BindOptions(OptionsBinder& b, ConsensusOptions& options);
 void BindOptions(OptionsBinder& b, MinimalSamplerOptions& options);
 void BindOptions(OptionsBinder& b, InstanceSearchOptions& options);
-
-// bind_network.cpp
 void BindOptions(OptionsBinder& b, PointFeaturesOptions& options);
 void BindOptions(OptionsBinder& b, NoiseScheduleOptions& options);
 void BindOptions(OptionsBinder& b, ReverseSamplerOptions& options);
 void BindOptions(OptionsBinder& b, DenoiserOptions& options);
 void BindOptions(OptionsBinder& b, NetworkOptions& options);
 void BindOptions(OptionsBinder& b, SetScorerOptions& options);
-
-// bind_estimators.cpp
 void BindOptions(OptionsBinder& b, ClassicalOptions& options);
 void BindOptions(OptionsBinder& b, DiffsacOptions& options);
 /// The keys of all learned rows but weighted_fit, whose key is the method's.
