@@ -17,7 +17,6 @@
 #include "lab/files/files.h"
 #include "lab/images/image_source.h"
 #include "lab/images/pictures.h"
-#include "lab/images/prepare_segments.h"
 #include "lab/images/vanishing_text.h"
 
 namespace {

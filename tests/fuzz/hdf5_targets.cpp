@@ -16,7 +16,7 @@
 #include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
 #include "lab/images/feature_file_test_util.h"
-#include "lab/images/imported_features.h"
+#include "lab/images/feature_store.h"
 
 namespace diffsac::testing {
 namespace {

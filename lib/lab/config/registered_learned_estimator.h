@@ -9,7 +9,7 @@
 #include "diffsac/estimate/learned_model.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/config/estimator_registry.h"
-#include "lab/options/config_json.h"
+#include "lab/options/config.h"
 #include "lab/options/options.h"
 
 namespace diffsac {

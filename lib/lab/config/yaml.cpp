@@ -13,7 +13,7 @@
 #include "diffsac/core/status.h"
 #include "diffsac/guidance/engine/checkpoint_info.h"
 #include "lab/files/files.h"
-#include "lab/options/config_json.h"
+#include "lab/options/config.h"
 
 namespace diffsac {
 namespace {

@@ -13,7 +13,7 @@
 #include "lab/eval/kept_examples.h"
 #include "lab/eval/results.h"
 #include "lab/files/files.h"
-#include "lab/files/hdf5_output.h"
+#include "lab/files/hdf5_numbers.h"
 
 namespace diffsac {
 namespace {

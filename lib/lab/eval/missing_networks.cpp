@@ -18,7 +18,7 @@
 #include "lab/config/process.h"
 #include "lab/config/yaml.h"
 #include "lab/files/text_scan.h"
-#include "lab/options/config_json.h"
+#include "lab/options/config.h"
 #include "lab/options/config_tree.h"
 
 namespace diffsac {

@@ -12,7 +12,7 @@
 #include "lab/config/yaml.h"
 #include "lab/eval/format.h"
 #include "lab/files/files.h"
-#include "lab/options/config_json.h"
+#include "lab/options/config.h"
 
 namespace diffsac {
 namespace {

@@ -5,7 +5,7 @@
 #include "diffsac/core/status.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/files/files.h"
-#include "lab/files/hdf5_output.h"
+#include "lab/files/hdf5_numbers.h"
 
 namespace diffsac {
 namespace {

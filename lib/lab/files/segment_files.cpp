@@ -5,7 +5,6 @@
 #include "diffsac/core/status.h"
 #include "diffsac/geometry/calibration.h"
 #include "lab/files/hdf5_numbers.h"
-#include "lab/files/hdf5_output.h"
 
 namespace diffsac {
 namespace {

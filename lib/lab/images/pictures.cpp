@@ -11,7 +11,7 @@
 #include "diffsac/core/parallel.h"
 #include "diffsac/core/status.h"
 #include "lab/files/files.h"
-#include "lab/files/hdf5_output.h"
+#include "lab/files/hdf5_numbers.h"
 #include "lab/images/detection.h"
 
 namespace diffsac {

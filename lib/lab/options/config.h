@@ -9,7 +9,7 @@ namespace diffsac {
 struct ConfigTree;
 
 /// A document of options that remembers where each value stood (file and line, or the --set that gave it).
-/// lab/config/yaml.h reads and writes it as YAML, config_json.h as JSON. Cheap to copy; copies share the document.
+/// lab/config/yaml.h reads and writes it as YAML. Cheap to copy; copies share the document.
 class Config {
  public:
   /// An empty document: every option keeps its default.
@@ -45,5 +45,19 @@ class Config {
   struct Impl;
   std::shared_ptr<Impl> impl_;
 };
+
+struct CheckpointInfo;
+struct TrainedConfig;
+
+/// A configuration as checkpoints hold it, a JSON object whose numbers keep their digits.
+std::string ToJson(const Config& config);
+
+/// Parses a JSON object; `name` stands for the file in messages. Throws Error for anything else, and for duplicate
+/// keys.
+Config ConfigFromJson(const std::string& text, const std::string& name);
+
+/// The training configuration of a checkpoint. Throws Error, naming the file, when it cannot be read.
+Config CheckpointConfig(const CheckpointInfo& info, const std::string& path);
+Config ConfigOf(const TrainedConfig& trained);
 
 }  // namespace diffsac

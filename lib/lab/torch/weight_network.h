@@ -6,7 +6,7 @@
 #include "diffsac/estimate/learned_estimator.h"
 #include "diffsac/guidance/engine/checkpoint_info.h"
 #include "lab/config/make_estimator.h"
-#include "lab/options/config_json.h"
+#include "lab/options/config.h"
 #include "lab/options/options.h"
 #include "lab/torch/learned_network.h"
 #include "lab/torch/point_batch.h"

@@ -8,7 +8,7 @@
 #include "diffsac/problem/tasks.h"
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
-#include "lab/options/config_json.h"
+#include "lab/options/config.h"
 #include "lab/torch/checkpoint.h"
 #include "lab/torch/denoiser.h"
 #include "lab/torch/network_tensors.h"

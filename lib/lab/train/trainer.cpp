@@ -15,7 +15,7 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
 #include "lab/eval/format.h"
-#include "lab/options/config_json.h"
+#include "lab/options/config.h"
 #include "lab/torch/checkpoint.h"
 #include "lab/torch/denoiser.h"
 #include "lab/torch/learned_network.h"

@@ -10,7 +10,7 @@
 #include "lab/config/run_directory.h"
 #include "lab/config/yaml.h"
 #include "lab/files/files.h"
-#include "lab/options/config_json.h"
+#include "lab/options/config.h"
 #include "lab/torch/process_group.h"
 #include "lab/train/metrics_log.h"
 #include "lab/train/trainer.h"

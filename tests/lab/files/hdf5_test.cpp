@@ -16,7 +16,6 @@
 #include "diffsac/core/status.h"
 #include "lab/files/files.h"
 #include "lab/files/hdf5_numbers.h"
-#include "lab/files/hdf5_output.h"
 
 namespace diffsac {
 namespace {

@@ -4,8 +4,8 @@
 #include "core/errors.h"
 #include "lab/files/correspondence_files.h"
 #include "lab/images/feature_file_test_util.h"
+#include "lab/images/feature_store.h"
 #include "lab/images/image_test_util.h"
-#include "lab/images/imported_features.h"
 #include "lab/images/run_pairs.h"
 
 namespace diffsac {

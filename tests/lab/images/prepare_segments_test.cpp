@@ -1,4 +1,4 @@
-#include "lab/images/prepare_segments.h"
+#include "lab/images/vanishing_text.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>

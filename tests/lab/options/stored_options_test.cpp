@@ -8,7 +8,7 @@
 #include "diffsac/guidance/engine/network_options.h"
 #include "diffsac/guidance/engine/set_scorer.h"
 #include "lab/config/yaml.h"
-#include "lab/options/config_json.h"
+#include "lab/options/config.h"
 #include "lab/options/options.h"
 
 namespace diffsac {
