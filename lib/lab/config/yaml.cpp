@@ -265,10 +265,6 @@ const Registered<CheckpointConfigReader> kYaml("yaml", {[](const std::string& te
                                                  return ToJson(ConfigFromYaml(text, name));
                                                }});
 
-}  // namespace
-
-namespace {
-
 using Values = std::vector<std::pair<std::string, std::string>>;
 
 bool IsPlain(const ConfigTree& tree) { return tree.kind != Kind::kMap && tree.kind != Kind::kSequence; }

@@ -43,9 +43,8 @@ std::string ShownPath(const ConfigDocument& document, const std::vector<std::str
 }  // namespace
 
 const ConfigTree* ConfigTree::Find(const std::string& key) const {
-  for (const ConfigEntry& entry : entries) {
+  for (const ConfigEntry& entry : entries)
     if (entry.key == key) return &entry.value;
-  }
   return nullptr;
 }
 
@@ -61,11 +60,10 @@ void MergeTrees(ConfigTree& base, ConfigTree over) {
   }
   base.place = over.place;
   for (ConfigEntry& entry : over.entries) {
-    if (ConfigTree* old = base.Find(entry.key)) {
+    if (ConfigTree* old = base.Find(entry.key))
       MergeTrees(*old, std::move(entry.value));
-    } else {
+    else
       base.entries.push_back(std::move(entry));
-    }
   }
 }
 
@@ -95,10 +93,7 @@ bool LooksLikeAnotherType(const std::string& text) {
   const auto result = std::from_chars(text.data(), text.data() + text.size(), number);
   if (result.ec != std::errc::invalid_argument && result.ptr == text.data() + text.size()) return true;
   static constexpr std::array<const char*, 6> kWords = {"true", "false", "yes", "no", "on", "off"};
-  for (const char* word : kWords) {
-    if (text == word) return true;
-  }
-  return text.empty();
+  return text.empty() || std::find(kWords.begin(), kWords.end(), text) != kWords.end();
 }
 
 std::string DoubleText(double value) {
@@ -119,14 +114,12 @@ std::string PlaceText(const ConfigPlace& place) {
 }
 
 std::vector<std::string> SplitPath(const std::string& dotted_path) {
-  std::vector<std::string> path;
-  if (dotted_path.empty()) return path;
-  std::size_t begin = 0;
-  for (std::size_t end = dotted_path.find('.'); end != std::string::npos; end = dotted_path.find('.', begin)) {
-    path.push_back(dotted_path.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  path.push_back(dotted_path.substr(begin));
+  std::vector<std::string> path(dotted_path.empty() ? 0 : 1);
+  for (const char c : dotted_path)
+    if (c == '.')
+      path.emplace_back();
+    else
+      path.back() += c;
   return path;
 }
 
