@@ -241,11 +241,6 @@ const Registered<ImageFormat> kHomographies("homographies", {.read = [](const Pa
                                               return ReadHomographies(request.input);
                                             }});
 
-}  // namespace
-
-}  // namespace diffsac
-namespace {
-
 // "P0: " and twelve numbers, a row-major 3 × 4 matrix; the left grey camera is the origin, so its left part is K.
 LensCamera ReadCalibration(const std::string& path) {
   const std::string text = ReadTextFile(path);

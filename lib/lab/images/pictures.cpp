@@ -164,7 +164,6 @@ void WriteThumbnailsOf(const ImageSource& source, const std::vector<Example>& pa
   });
 }
 
-}  // namespace diffsac
 namespace {
 
 constexpr double kMostPixels = 1600.0;
