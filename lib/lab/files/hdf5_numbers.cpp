@@ -1,9 +1,12 @@
 #include "lab/files/hdf5_numbers.h"
 
-#include <H5FDdevelop.h>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#if H5_VERSION_GE(1, 13, 0)
+#include <H5FDdevelop.h>
+#endif
+
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
