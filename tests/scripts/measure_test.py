@@ -370,7 +370,7 @@ class PointsTest(unittest.TestCase):
     def test_files_of_labels(self):
         methods = {"a-b": np.array([1, 0, 2, 0, 0], np.int32)}
         used = np.array([1, 1, 0, 0, 0], bool)
-        self.assertEqual(labels.labels_csv(self.POINTS[:2], {"a": np.array([1, 0])}, None), "x,y,z,a\n5.0,0.0,0.01,1\n3.0,0.0,3.0,0\n")
+        self.assertEqual(labels.labels_csv(self.POINTS[:2], {"a": np.array([1, 0])}, None), "x,y,z,a\n5,0,0.01,1\n3,0,3,0\n")
         header, body = labels.labels_ply(self.POINTS, methods, "a-b", used).split(b"end_header\n")
         self.assertIn(b"element vertex 5\nproperty double x\nproperty double y\nproperty double z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
                       b"property int label_a_b\nproperty uchar used\n", header)
