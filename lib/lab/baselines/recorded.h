@@ -18,8 +18,8 @@ namespace diffsac {
 /// turn. `ms`: what the other program took. `model`: numbers with spaces between them, in the form of estimates.h5
 /// (docs/estimates.md); empty: no estimate.
 struct RecordedOptions {
-  std::string recording;  ///< The file.
-  std::string row;        ///< Which of its rows.
+  std::string recording;
+  std::string row;
   void Bind(OptionsBinder& b);
 };
 

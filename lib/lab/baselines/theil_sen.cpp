@@ -11,7 +11,6 @@ namespace diffsac {
 namespace {
 
 struct TheilSenOptions {
-  /// Most minimal sets to solve. All of them are, when there are no more than this; otherwise this many random ones.
   int max_iterations = 20000;
   void Bind(OptionsBinder& b);
 };

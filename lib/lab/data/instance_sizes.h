@@ -10,11 +10,7 @@ namespace diffsac {
 
 /// How many models are true at once in a generated problem, and how unequal their numbers of points are.
 struct InstanceOptions {
-  /// K: a whole number, or a range of them drawn uniformly for each problem.
   Range instances = {1, 6};
-  /// Points of the largest structure over those of the smallest, r, log-uniform for each problem (it holds up to
-  /// rounding, and where the smallest has as many points as it must). The numbers are in proportion to weights: r, 1,
-  /// and for the others log-uniform between.
   Range size_ratio = {1.0, 3.0};
   void Bind(OptionsBinder& b);
 };

@@ -16,11 +16,9 @@ namespace diffsac {
 /// experiment, which names N and the outlier ratios; all else is fixed here). The unit of length is the radius of the
 /// mesh, which is moved and scaled into the unit sphere (InUnitSphere).
 struct ModelnetOptions : GeneratorOptions {
-  /// OFF files, or folders that hold them at any depth.
   std::vector<std::string> paths;
-  /// Only files in a folder of this name ("train", "test": the layout of ModelNet40); empty: all.
   std::string subset;
-  Task task = Task::kFundamental;  ///< kFundamental | kEssential
+  Task task = Task::kFundamental;
 
   /// Its keys stand beside the others. Defaults as in the paper where it names them: N = 200, outlier ratio 0.1 … 0.6,
   /// ε = 4 px; σ = 0.25 px, uniform outliers, no ratios.

@@ -53,17 +53,12 @@ PointSet ReadPlyPoints(const std::string& path);
 
 /// A user's own points as a dataset.
 struct PointSetsOptions {
-  /// Files, or folders whose readable files are taken in the order of their names (not recursively).
   std::vector<std::string> paths;
-  Task task = Task::kLine;  ///< kLine | kPlane: 2 or 3 columns
-  /// ε in the data's unit; 0: as the next option says.
+  Task task = Task::kLine;
   double inlier_threshold = 0.0;
-  /// ε as a share of the diagonal of the set's bounding box (finite points); 0: not used.
   double inlier_threshold_relative = 0.0;
-  std::string unit;  ///< Of the coordinates, as results name it ("m"); empty: it is not said.
-  /// Larger sets are reduced to a random subset of this size, in the order of the file; 0 keeps all points.
+  std::string unit;
   int max_points = 0;
-  /// Of the random subsets. The seed of a run leaves them alone, so that all runs see the same points.
   std::uint64_t seed = 0;
   void Bind(OptionsBinder& b);
 };

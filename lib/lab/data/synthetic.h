@@ -27,12 +27,9 @@ inline constexpr auto kEnumNames<OutlierKind> = NamesOf<OutlierKind>({{OutlierKi
 struct SyntheticOptions : GeneratorOptions {
   Range num_points = {100, 100};
   Range outlier_ratio = {0.1, 0.8};
-  /// ε, the inlier threshold of the problem, in the picture's unit.
   double inlier_threshold = 0.1;
-  /// Through a point: longer chords are likelier, and every method and the ceiling are higher.
   ModelSampling model_sampling = ModelSampling::kIsotropic;
   NoiseKind noise = NoiseKind::kGaussian;
-  /// σ (gaussian) or half width (uniform), in the picture's unit; 0 means the default: ε/3 (gaussian) or ε (uniform).
   double sigma = 0.0;
   OutlierKind outliers = OutlierKind::kUniform;
   // No keys:

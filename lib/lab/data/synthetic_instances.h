@@ -17,12 +17,12 @@ namespace diffsac {
 /// Two of them are told apart: less than half of either lies within 2 ε of the other. What is drawn, and how, is in
 /// docs/generators.md.
 struct SyntheticInstancesOptions : GeneratorOptions {
-  Task task = Task::kLine;    ///< line or plane
-  InstanceOptions instances;  ///< Its keys stand beside the others.
+  Task task = Task::kLine;
+  InstanceOptions instances;
   Range num_points = {100, 100};
   Range outlier_ratio = {0.3, 0.3};
-  double inlier_threshold = 0.1;  ///< ε of the problem, in the picture's unit.
-  double sigma = 0.0;             ///< σ of the gaussian noise along the normal; 0 means ε/3.
+  double inlier_threshold = 0.1;
+  double sigma = 0.0;
   // No keys:
   ModelSampling model_sampling = ModelSampling::kIsotropic;
   double min_extent = 5.0;  ///< shortest chord (lines); planes: smallest square root of the area inside

@@ -15,16 +15,10 @@ namespace diffsac {
 /// drawn, and how, is in docs/generators.md; every constant is here. The unit of length is the nearest depth of the
 /// scene seen from camera 1.
 struct SyntheticTwoViewOptions : GeneratorOptions {
-  Task task = Task::kFundamental;   ///< Of two views.
+  Task task = Task::kFundamental;
   SyntheticMatchesOptions matches;  ///< Its keys stand beside the others.
   VirtualCameraOptions cameras;     ///< Likewise.
 
-  /// Weights of the scene kinds; they need not add up to 1.
-  ///   general   points anywhere in a range of depths. Task homography: that, seen by a camera that only turns.
-  ///   planar    all points on one plane (F is not unique there)
-  ///   mixed     a share of the points on one plane. Task homography: the model is the plane's, and matches off the
-  ///             plane are among the outliers.
-  ///   forward   general, but the camera moves along its axis. Task homography: planar, likewise.
   double general = 0.4, planar = 0.05, mixed = 0.35, forward = 0.2;
 
   // No keys from here on.

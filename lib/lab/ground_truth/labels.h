@@ -19,13 +19,9 @@ inline constexpr auto kEnumNames<LabelTarget> = NamesOf<LabelTarget>({{LabelTarg
 
 struct LabelOptions {
   LabelTarget target = LabelTarget::kMinimalSet;
-  /// The label is drawn anew from the M best sets each time an example is seen; 1 is the paper's single optimum.
   int top_m = 1;
-  /// Planes: how many triplets the bounded search may solve (lines are searched exhaustively).
   int search_budget = 2000;
-  /// The other models: how many random sets of true inliers are solved.
   int draws = 300;
-  /// The same: an inlier's distance from a candidate counts at most this many ε.
   double truncation_factor = 3.0;
   /// By which of the task's models sets are solved; empty: its own. The training configuration's `model`, no key here.
   std::string model;
