@@ -1,4 +1,4 @@
-#include "lab/ground_truth/hyperplane_labels.h"
+#include "lab/ground_truth/labels.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
