@@ -201,12 +201,8 @@ torch::Tensor ClnetNetwork::Weights(const PointBatch& batch) {
   return torch::zeros({batch.size(), batch.max_points()}, weights.options()).scatter_add(1, output.index, weights);
 }
 
-namespace {
-
 const RegisteredLearnedEstimator<WeightedEstimator, WeightedEstimatorOptions, LearnedWeights> kClnet(
     "clnet", "A weighted fit of the points that progressive pruning keeps (docs/clnet.md).",
     DefaultWeightedOptions("clnet"), LoadWeightsOfRow<ClnetNetwork>);
-
-}  // namespace
 
 }  // namespace diffsac

@@ -39,12 +39,8 @@ torch::Tensor NgRansacNetwork::LogWeights(const PointBatch& batch) {
 
 torch::Tensor NgRansacNetwork::Weights(const PointBatch& batch) { return LogWeights(batch).exp(); }
 
-namespace {
-
 const RegisteredLearnedEstimator<WeightedEstimator, WeightedEstimatorOptions, LearnedWeights> kNgRansac(
     "ng_ransac", "Minimal sets drawn with learned weights (docs/ng_ransac.md).", DefaultWeightedOptions("ng_ransac"),
     LoadWeightsOfRow<NgRansacNetwork>);
-
-}  // namespace
 
 }  // namespace diffsac
