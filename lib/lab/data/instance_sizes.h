@@ -24,8 +24,6 @@ void CheckInstances(const InstanceOptions& options, Task task, double fewest_poi
 
 /// K numbers of points, largest first, that sum to `inliers` and are at least `fewest` each; K · fewest ≤ inliers.
 std::vector<int> DrawInstanceSizes(const InstanceOptions& options, int count, int inliers, int fewest, Rng rng);
-/// K.
-int DrawInstanceCount(const InstanceOptions& options, Rng rng);
 
 /// Brings `truth.assignment` and `truth.structures` (structure k of the labels at place k − 1) into the order of the
 /// number of points, largest first, equal ones as they stood. Structures of fewer than `fewest` points go; their points

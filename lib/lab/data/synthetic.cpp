@@ -254,8 +254,8 @@ class SyntheticInstances : public GeneratedDataset {
   // The numbers of points of the structures, largest first.
   std::vector<int> DrawSizes(const Rng& rng) const {
     const int total = DrawTotal(rng), fewest = FewestOfInstance(options_.task);
-    const int count = DrawInstanceCount(options_.instances, rng.Fork("structures"));
-    Rng ratios = rng.Fork("outlier_ratio");
+    Rng counts = rng.Fork("structures"), ratios = rng.Fork("outlier_ratio");
+    const int count = DrawWhole(options_.instances.instances, counts);
     const double ratio = ratios.Uniform(options_.outlier_ratio.low, options_.outlier_ratio.high);
     const int wanted = static_cast<int>(std::lround(total * (1.0 - ratio)));
     return DrawInstanceSizes(options_.instances, count, std::clamp(wanted, count * fewest, total), fewest,
