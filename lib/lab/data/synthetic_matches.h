@@ -11,16 +11,13 @@
 
 namespace diffsac {
 
-/// How exact correspondences of two virtual views become a problem: noise, outliers, ratios. Everything is drawn for
-/// each problem anew.
+/// How exact correspondences of two virtual views become a problem (docs/generators.md): noise, outliers, ratios.
+/// Everything is drawn for each problem anew.
 struct SyntheticMatchesOptions {
   Range num_points = {100, 500};
   Range outlier_ratio = {0.1, 0.8};
   double inlier_threshold_px = 1.0;
   Range noise_px = {0.2, 0.8};
-  /// Share of the outliers that are displaced matches (one value a problem): a true match whose second point is moved
-  /// by `displacement_px`, log-uniform, in a random direction, to a place inside the image. The others are uniform in
-  /// both images.
   Range displaced_share = {0.0, 0.4};
   Range displacement_px = {5.0, 200.0};
   bool snn_ratio = true;
