@@ -8,7 +8,7 @@
 #include "estimate/tiny_network.h"
 #include "lab/baselines/oracle.h"
 #include "lab/data/plane_pair.h"
-#include "lab/data/synthetic_instances.h"
+#include "lab/data/synthetic.h"
 
 namespace diffsac {
 namespace {

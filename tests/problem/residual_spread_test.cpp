@@ -5,7 +5,7 @@
 #include "diffsac/problem/residual_features.h"
 #include "diffsac/problem/tasks.h"
 #include "lab/data/plane_pair.h"
-#include "lab/data/synthetic_instances.h"
+#include "lab/data/synthetic.h"
 
 namespace diffsac {
 namespace {

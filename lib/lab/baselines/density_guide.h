@@ -29,9 +29,8 @@ class DensityGuide {
   /// Makes what was added so far count for Draw. Sets of one round so depend on earlier rounds alone.
   void StartRound();
 
-  /// A set of `size` distinct points, ascending, with `first` among them: the others one by one, with probabilities in
-  /// proportion to their correlation with `first`, the number of preferred hypotheses in common; uniformly among the
-  /// rest where no correlation is left.
+  /// A set of `size` distinct points, ascending, with `first` among them: the others one by one, by their correlation
+  /// with `first`; uniformly among the rest where none is left.
   void Draw(int first, int size, Rng& rng, int* set);
 
  private:

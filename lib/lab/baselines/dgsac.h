@@ -18,10 +18,8 @@ inline constexpr auto kEnumNames<DgsacStopping> = NamesOf<DgsacStopping>({{Dgsac
 /// Density guided sampling and consensus (Tiwari and Anand, WACV 2018): docs/dgsac.md has the steps and what the paper
 /// leaves open. Nothing here is a length: no inlier threshold, no noise scale.
 struct DgsacOptions {
-  int max_iterations = 1000;  ///< Minimal sets: at most, or exactly so many with stopping "budget".
+  int max_iterations = 1000;
   DgsacStopping stopping = DgsacStopping::kExplained;
-  /// Of each structure, at most: least squares on the inliers that its density tells, kept unless its evidence clearly
-  /// falls (by more than ln n).
   int refit_rounds = 10;
   void Bind(OptionsBinder& b);
 };

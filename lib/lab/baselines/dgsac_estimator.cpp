@@ -24,18 +24,14 @@ struct DgsacEstimatorOptions {
   DgsacOptions search;
   DgsacFinish finish = DgsacFinish::kDensity;
   ConsensusOptions consensus;
-  void Bind(OptionsBinder& b);
-};
-
-/// DGSAC as a row (dgsac.h): its multi-structure result becomes one model by `choose`. The mask
-/// that is reported is at the problem's threshold, as every row's; the score is the inlier count.
-class DgsacEstimator : public RobustEstimator {
- public:
-  explicit DgsacEstimator(const DgsacEstimatorOptions& options) : options_(options) { CheckOptions(options); }
-  Estimate DoRun(const NormalizedProblem& space, std::uint64_t seed) const override;
-
- private:
-  DgsacEstimatorOptions options_;
+  void Bind(OptionsBinder& b) {
+    search.Bind(b);
+    b.Field("finish", finish)
+        .Help("density: DGSAC's own model, without a threshold; consensus: it passes local optimisation and refits");
+    b.Field("consensus", consensus)
+        .OnlyIf(finish == DgsacFinish::kConsensus, "finish: consensus")
+        .Help("its local optimisation and refits");
+  }
 };
 
 /// What the other rows do with their best hypothesis, done with this one.
@@ -71,15 +67,6 @@ Estimate EstimateModel(const NormalizedProblem& space, const DgsacEstimatorOptio
   return estimate;
 }
 
-void DgsacEstimatorOptions::Bind(OptionsBinder& b) {
-  search.Bind(b);
-  b.Field("finish", finish)
-      .Help("density: DGSAC's own model, without a threshold; consensus: it passes local optimisation and refits");
-  b.Field("consensus", consensus)
-      .OnlyIf(finish == DgsacFinish::kConsensus, "finish: consensus")
-      .Help("its local optimisation and refits");
-}
-
 /// `consensus` as in `lo_ransac` rows (classical.h), for all models.
 DgsacEstimatorOptions DefaultDgsacOptions(Task task) {
   DgsacEstimatorOptions options;
@@ -87,11 +74,20 @@ DgsacEstimatorOptions DefaultDgsacOptions(Task task) {
   return options;
 }
 
-Estimate DgsacEstimator::DoRun(const NormalizedProblem& given, std::uint64_t seed) const {
-  return TimedEstimate(given, [&]<MinimalModel Model>(const NormalizedProblem& space) {
-    return EstimateModel<Model>(space, options_, seed);
-  });
-}
+/// DGSAC as a row (dgsac.h): its multi-structure result becomes one model by `choose`. The mask
+/// that is reported is at the problem's threshold, as every row's; the score is the inlier count.
+class DgsacEstimator : public RobustEstimator {
+ public:
+  explicit DgsacEstimator(const DgsacEstimatorOptions& options) : options_(options) { CheckOptions(options); }
+  Estimate DoRun(const NormalizedProblem& given, std::uint64_t seed) const override {
+    return TimedEstimate(given, [&]<MinimalModel Model>(const NormalizedProblem& space) {
+      return EstimateModel<Model>(space, options_, seed);
+    });
+  }
+
+ private:
+  DgsacEstimatorOptions options_;
+};
 
 const RegisteredEstimator<DgsacEstimatorOptions> kDgsac(
     "dgsac", "Density guided sampling and consensus (docs/dgsac.md). Nothing but `consensus` uses a threshold.",

@@ -33,14 +33,14 @@ inline constexpr auto kEnumNames<OpencvPreset> = NamesOf<OpencvPreset>({{OpencvP
 
 /// When OpenCV stops.
 struct OpencvOptions {
-  int max_iterations = 1000;  ///< OpenCV's maxIters; it may stop earlier by its confidence.
+  int max_iterations = 1000;
   double confidence = 0.9999;
   void Bind(OptionsBinder& b);
 };
 
 /// OpenCV's estimators on the same problems with the same budget: the independent reference of the two-view tables.
 struct OpencvUsacOptions : OpencvOptions {
-  double threshold = 0.0;  ///< OpenCV's, in the data's unit, beside which ε is the mask's alone; 0: ε.
+  double threshold = 0.0;
   OpencvPreset preset = OpencvPreset::kDefault;
   void Bind(OptionsBinder& b);
 };

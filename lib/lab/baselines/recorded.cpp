@@ -115,8 +115,6 @@ Estimate RecordedRow::Of(const Example& example, const std::string& condition, s
   return estimate;
 }
 
-namespace {
-
 const RegisteredEstimator<RecordedOptions> kRecorded(
     "recorded", "What another program estimated of the same problems, from a file (docs/peers.md).",
     [](Task) { return RecordedOptions(); },
@@ -125,7 +123,5 @@ const RegisteredEstimator<RecordedOptions> kRecorded(
         return row.Of(example, call.condition, call.experiment_seed);
       });
     });
-
-}  // namespace
 
 }  // namespace diffsac

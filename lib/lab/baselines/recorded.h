@@ -12,14 +12,12 @@
 
 namespace diffsac {
 
-/// Models that another program estimated of the same problems (scripts/peers/two_view.py writes such files): lines of
-/// text with the columns `row,condition,id,seed,ms,model` under a line of these names; lines that begin with '#' are
-/// comments. `id`: as in problems.csv. `seed`: that of the experiment; a file that has fewer gives those that it has in
-/// turn. `ms`: what the other program took. `model`: numbers with spaces between them, in the form of estimates.h5
-/// (docs/estimates.md); empty: no estimate.
+/// Models that another program estimated of the same problems: a table of text as scripts/peers/two_view.py writes it.
+/// `seed`: that of the experiment; a file that has fewer gives those that it has in turn. `model`: in the form of
+/// estimates.h5 (docs/estimates.md); empty: no estimate.
 struct RecordedOptions {
-  std::string recording;  ///< The file.
-  std::string row;        ///< Which of its rows.
+  std::string recording;
+  std::string row;
   void Bind(OptionsBinder& b);
 };
 

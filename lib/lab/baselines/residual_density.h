@@ -5,15 +5,8 @@
 
 namespace diffsac {
 
-/// The kernel residual density of one hypothesis over all points (Tiwari and Anand, "DGSAC: Density guided sampling
-/// and consensus", WACV 2018): a density estimate at residual 0 by a flat kernel as wide as the point's own residual,
-///   δ_k = (k − γ) / (n · r̃_k)
-/// for the point of rank k, in 1 / unit of the residual, where r̃ are the ascending residuals, each the mean of a window
-/// of n/40 ranks. It needs no threshold and no noise scale: multiply all residuals by s and δ is divided by s. Inliers
-/// lie densely near 0, outliers thinly over a long range, so δ is high and even over the inliers and falls behind them.
-///
-/// How the paper is read (docs/dgsac.md): γ points fit by construction and are no evidence, so they do not count; left
-/// of its peak δ is the peak's, as no point there is a worse inlier; the peak is sought from FirstDensityRank on.
+/// The kernel residual density δ of one hypothesis over all points (Tiwari and Anand, "DGSAC: Density guided sampling
+/// and consensus", WACV 2018), in 1 / unit of the residual: docs/dgsac.md, with how the paper is read.
 struct ResidualDensity {
   std::vector<int> order;     ///< points by ascending residual, by index where equal
   Eigen::VectorXd residuals;  ///< ascending, as they are; one that is not finite counts as the largest that is
@@ -40,11 +33,9 @@ struct InlierExtent {
 };
 
 /// The rank k with the greatest evidence that residuals within s = r_k are denser than those in the shell (s, e]
-/// behind, e = min(2 s, r_n): with a = k − γ of the former, b of the latter and p = s / e,
-///   a ln(a / ((a + b) p)) + b ln(b / ((a + b) (1 − p))) where a / p > b / (1 − p).
-/// Of equal ranks the last. Outliers thin out towards the ends of the data as well, and there are more of them, so the
-/// search goes outward and ends at twice the extent of a clear drop: contrast 3 or more, evidence ln n or more (n ranks
-/// were looked at). Depends on ratios of residuals alone. `count` is 0 when no rank is denser than its shell.
+/// behind, e = min(2 s, r_n), of equal ranks the last (docs/dgsac.md). Outliers thin out towards the ends of the data
+/// as well, and there are more of them, so the search goes outward and ends at twice the extent of a clear drop.
+/// `count` is 0 when no rank is denser than its shell.
 InlierExtent EstimateInlierExtent(const ResidualDensity& density, int minimal_size);
 
 /// What is kept of a hypothesis for the selection of models.

@@ -11,8 +11,8 @@ namespace diffsac {
 
 /// What every generator is told beside what it draws.
 struct GeneratorOptions {
-  std::int64_t size = -1;       ///< Examples in the dataset; -1 is endless.
-  std::string split = "train";  ///< Splits of different names never share a stream.
+  std::int64_t size = -1;
+  std::string split = "train";
   void BindStream(OptionsBinder& b, const char* help = "its name; splits of different names never share a stream");
 };
 

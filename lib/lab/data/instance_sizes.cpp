@@ -65,8 +65,6 @@ void CheckInstances(const InstanceOptions& options, Task task, double fewest_poi
                 std::to_string(static_cast<int>(options.instances.high)) + " structures of the task " + ToString(task));
 }
 
-int DrawInstanceCount(const InstanceOptions& options, Rng rng) { return DrawWhole(options.instances, rng); }
-
 std::vector<int> DrawInstanceSizes(const InstanceOptions& options, int count, int inliers, int fewest, Rng rng) {
   return ShareOut(DrawWeights(options, count, rng), inliers, fewest);
 }

@@ -10,11 +10,7 @@ namespace diffsac {
 
 /// How many models are true at once in a generated problem, and how unequal their numbers of points are.
 struct InstanceOptions {
-  /// K: a whole number, or a range of them drawn uniformly for each problem.
   Range instances = {1, 6};
-  /// Points of the largest structure over those of the smallest, r, log-uniform for each problem (it holds up to
-  /// rounding, and where the smallest has as many points as it must). The numbers are in proportion to weights: r, 1,
-  /// and for the others log-uniform between.
   Range size_ratio = {1.0, 3.0};
   void Bind(OptionsBinder& b);
 };
@@ -28,8 +24,6 @@ void CheckInstances(const InstanceOptions& options, Task task, double fewest_poi
 
 /// K numbers of points, largest first, that sum to `inliers` and are at least `fewest` each; K · fewest ≤ inliers.
 std::vector<int> DrawInstanceSizes(const InstanceOptions& options, int count, int inliers, int fewest, Rng rng);
-/// K.
-int DrawInstanceCount(const InstanceOptions& options, Rng rng);
 
 /// Brings `truth.assignment` and `truth.structures` (structure k of the labels at place k − 1) into the order of the
 /// number of points, largest first, equal ones as they stood. Structures of fewer than `fewest` points go; their points

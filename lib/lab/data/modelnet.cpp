@@ -186,12 +186,8 @@ std::unique_ptr<Dataset> MakeModelnet(const ModelnetOptions& options, std::uint6
   return std::make_unique<Modelnet>(options, seed);
 }
 
-namespace {
-
 const RegisteredDataset<ModelnetOptions> kModelnet("modelnet40", DataSource::kGenerated,
                                                    "Two virtual views of a mesh (ModelNet40's OFF files).",
                                                    MakeModelnet);
-
-}  // namespace
 
 }  // namespace diffsac

@@ -16,36 +16,17 @@ namespace diffsac {
 /// experiment, which names N and the outlier ratios; all else is fixed here). The unit of length is the radius of the
 /// mesh, which is moved and scaled into the unit sphere (InUnitSphere).
 struct ModelnetOptions : GeneratorOptions {
-  /// OFF files, or folders that hold them at any depth.
   std::vector<std::string> paths;
-  /// Only files in a folder of this name ("train", "test": the layout of ModelNet40); empty: all.
   std::string subset;
-  Task task = Task::kFundamental;  ///< kFundamental | kEssential
-
-  /// Its keys stand beside the others. Defaults as in the paper where it names them: N = 200, outlier ratio 0.1 … 0.6,
-  /// ε = 4 px; σ = 0.25 px, uniform outliers, no ratios.
+  Task task = Task::kFundamental;
+  /// Its keys stand beside the others.
   SyntheticMatchesOptions matches;
-  // No keys from here on.
-
-  /// 640 × 480, focal length 0.9 … 1.5 times the width, one camera for both views, principal point in the
-  /// middle.
+  // No keys from here on; docs/generators.md has what they mean.
   VirtualCameraOptions cameras;
-
-  /// Radius of the mesh in the image over half of the image's shorter side; decides the distance of the camera, which
-  /// is 1.2 at least.
   Range fill = {0.7, 1.1};
-  /// Angle between the two viewing directions.
   Range view_angle_deg = {5.0, 45.0};
-  /// Each camera is turned about its axis by up to this, either way.
-  double roll_deg = 15.0;
-  /// Each camera looks at a point up to this far from the centre.
-  double aim_offset = 0.1;
-  /// A point is hidden when the depth buffer (one value a pixel) holds another triangle nearer by more than this.
-  double depth_tolerance = 0.01;
-  /// Meshes kept in memory.
+  double roll_deg = 15.0, aim_offset = 0.1, depth_tolerance = 0.01;
   int cached_meshes = 64;
-
-  /// `split` is of the random numbers; which meshes are used, `paths` and `subset` say.
   ModelnetOptions();
   void Bind(OptionsBinder& b);
 };

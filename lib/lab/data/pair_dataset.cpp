@@ -196,8 +196,6 @@ std::unique_ptr<Dataset> MakeCorrespondences(const CorrespondencesOptions& optio
   return MakePairDataset(FindScenes(options.paths), options.pairs, PairMemory::kAll, seed);
 }
 
-namespace {
-
 const RegisteredDataset<CorrespondencesOptions> kCorrespondences(
     "correspondences", DataSource::kFiles,
     "Correspondence files, as `diffsac_prepare` writes them; all pairs are read at the start and kept.",
@@ -233,8 +231,6 @@ std::vector<SceneFolder> FindKittiScenes(const KittiOptions& options) {
   return scenes;
 }
 
-}  // namespace
-
 void KittiOptions::Bind(OptionsBinder& b) {
   b.Field("root", root).Help("a folder with scenes kitti_<sequence>_step_<step>");
   b.Field("sequences", sequences).Help("empty: all");
@@ -247,8 +243,6 @@ std::unique_ptr<Dataset> MakeKitti(const KittiOptions& options, std::uint64_t se
   CheckOptions(options);
   return MakePairDataset(FindKittiScenes(options), options.pairs, PairMemory::kRecent, seed);
 }
-
-namespace {
 
 const RegisteredDataset<KittiOptions> kKitti(
     "kitti", DataSource::kFiles,
@@ -285,8 +279,6 @@ std::vector<SceneFolder> ChosenScenes(const RansacTutorialOptions& options) {
   return chosen;
 }
 
-}  // namespace
-
 void RansacTutorialOptions::Bind(OptionsBinder& b) {
   b.Field("root", root).Help("a folder: <root>/<split>/<scene>, or <root>/<scene>/<split>");
   b.Choice("split", split, {"train", "val", "test", "validation"}).Help("the folder; validation means val");
@@ -300,12 +292,8 @@ std::unique_ptr<Dataset> MakeRansacTutorial(const RansacTutorialOptions& options
   return MakePairDataset(ChosenScenes(options), options.pairs, PairMemory::kRecent, seed);
 }
 
-namespace {
-
 const RegisteredDataset<RansacTutorialOptions> kRansacTutorial(
     "ransac_tutorial", DataSource::kFiles,
     "The CVPR 2020 RANSAC tutorial's correspondence files; a pair is read when it is asked for.", MakeRansacTutorial);
-
-}  // namespace
 
 }  // namespace diffsac

@@ -16,19 +16,12 @@ inline constexpr auto kEnumNames<PointCap> = NamesOf<PointCap>({{PointCap::kBest
 
 /// Which matches of a pair are used, in which order, and how good their descriptors are.
 struct PairFilter {
-  /// Whether the matches' ratios are known; else the pair is one of data without ratios.
   bool ratios = true;
-  /// Whether the similarities of the matches' keypoints are known (Problem::scale_rotation_changes).
   bool scale_rotation_changes = true;
-  /// Only matches whose ratio is at most this; 1 keeps all, and so does data without ratios.
   double max_ratio = 1.0;
-  /// At most so many matches; 0 keeps all.
   int max_points = 0;
   PointCap cap = PointCap::kBest;
-  /// Matches in random order. This, `cap: random` and the noise depend on the pair's id alone.
   bool shuffle_points = false;
-  /// Standard deviation of the normal noise that is added to each descriptor's values, in multiples of their root mean
-  /// square.
   double descriptor_noise = 0.0;
 };
 

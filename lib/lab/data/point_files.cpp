@@ -182,14 +182,10 @@ std::unique_ptr<Dataset> MakePointSets(const PointSetsOptions& options) {
   return std::make_unique<PointSetsDataset>(options);
 }
 
-namespace {
-
 const RegisteredDataset<PointSetsOptions> kPointSets(kType, DataSource::kFiles,
                                                      "Points of your own: PLY or text files (lines and planes).",
                                                      [](const PointSetsOptions& options, std::uint64_t) {
                                                        return MakePointSets(options);
                                                      });
-
-}  // namespace
 
 }  // namespace diffsac

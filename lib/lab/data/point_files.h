@@ -19,10 +19,8 @@ struct PointSet {
   std::string columns = {};  ///< The names in a text file's header, for messages: "'id', 'x', 'y'".
 };
 
-/// Reads a file by its extension, .ply or one of text; the readers stand below. All throw Error naming the file (and
-/// the line).
-///   .ply
-///   .csv .txt .xyz .dat .tsv
+/// Reads a file by its extension, .ply or .csv .txt .xyz .dat .tsv. All readers throw Error naming the file (and the
+/// line).
 std::vector<PointSet> ReadPointFile(const std::string& path);
 
 /// The columns of a text file, by the names that a header gives them; without a header in this order.
@@ -40,11 +38,8 @@ struct TextTable {
 /// Numbers in text, as ReadTextPoints has them.
 TextTable ReadTextTable(const std::string& path, const TextColumns& columns);
 
-/// Text: 2 or 3 numbers a line, separated by blanks, tabs, commas or semicolons; `#` starts a comment, empty lines are
-/// skipped, and a first line without any number is a header. "nan" and "inf" are numbers, and under a header empty
-/// values and "NA" are NaN. Columns that a header names x, y and z, in small or capital letters, with a unit in
-/// brackets or without, are taken wherever they stand, and the others are not read. A header without x and y is told of
-/// in a warning: then all columns are taken in their order but those that count the rows (id, index, #, no name).
+/// Text: 2 or 3 numbers a line (docs/points.md). Under a header empty values and "NA" are NaN; without x and y in it
+/// all columns are taken in their order but those that count the rows (id, index, #, no name).
 PointSet ReadTextPoints(const std::string& path);
 
 /// PLY, ascii or binary of either byte order: the properties x, y and (unless absent) z, of any scalar type, of the
@@ -53,17 +48,12 @@ PointSet ReadPlyPoints(const std::string& path);
 
 /// A user's own points as a dataset.
 struct PointSetsOptions {
-  /// Files, or folders whose readable files are taken in the order of their names (not recursively).
   std::vector<std::string> paths;
-  Task task = Task::kLine;  ///< kLine | kPlane: 2 or 3 columns
-  /// ε in the data's unit; 0: as the next option says.
+  Task task = Task::kLine;
   double inlier_threshold = 0.0;
-  /// ε as a share of the diagonal of the set's bounding box (finite points); 0: not used.
   double inlier_threshold_relative = 0.0;
-  std::string unit;  ///< Of the coordinates, as results name it ("m"); empty: it is not said.
-  /// Larger sets are reduced to a random subset of this size, in the order of the file; 0 keeps all points.
+  std::string unit;
   int max_points = 0;
-  /// Of the random subsets. The seed of a run leaves them alone, so that all runs see the same points.
   std::uint64_t seed = 0;
   void Bind(OptionsBinder& b);
 };
@@ -74,8 +64,7 @@ bool IsTextPointFile(const std::string& path);
 /// Whether the configuration of a data set is one of these (type: point_sets).
 bool IsPointSets(const Config& data);
 
-/// Reads everything at once, so `Get` is a copy. The data set has PointSources
-/// (lab/data/point_files.h). Throws Error.
+/// Reads everything at once, so `Get` is a copy. The data set has PointSources. Throws Error.
 std::unique_ptr<Dataset> MakePointSets(const PointSetsOptions& options);
 
 /// Where the points of a problem come from.

@@ -11,30 +11,18 @@
 
 namespace diffsac {
 
-/// How exact correspondences of two virtual views become a problem: noise, outliers, ratios. Everything is drawn for
-/// each problem anew.
+/// How exact correspondences of two virtual views become a problem (docs/generators.md): noise, outliers, ratios.
+/// Everything is drawn for each problem anew.
 struct SyntheticMatchesOptions {
   Range num_points = {100, 500};
   Range outlier_ratio = {0.1, 0.8};
-  double inlier_threshold_px = 1.0;  ///< ε, linear.
-  /// σ of the Gaussian noise of each coordinate in both images, pixels; one value a problem.
+  double inlier_threshold_px = 1.0;
   Range noise_px = {0.2, 0.8};
-  /// Share of the outliers that are displaced matches (one value a problem): a true match whose second point is moved
-  /// by `displacement_px`, log-uniform, in a random direction, to a place inside the image. The others are uniform in
-  /// both images.
   Range displaced_share = {0.0, 0.4};
   Range displacement_px = {5.0, 200.0};
-  /// Whether matches have a ratio of nearest to second-nearest descriptor distance (Problem::quality): r = u^(1/a) with
-  /// u uniform in [0, 1), so that P(ratio ≤ r) = r^a and the mean is a / (a + 1). a of correct and of wrong matches is
-  /// drawn, log-uniform, for each problem. The defaults follow RootSIFT on real pairs (docs/generators.md).
   bool snn_ratio = true;
   Range correct_ratio_power = {0.7, 1.8};
   Range wrong_ratio_power = {7.0, 12.0};
-  /// Whether matches know how their keypoints differ in size and angle (Problem::scale_rotation_changes). Correct ones
-  /// have the similarity nearest to the true map around them (LocalSimilarity) with Gaussian noise in the logarithm of
-  /// the scale and in the turn, one σ a problem for both; a share of them (one value a problem) is as wrong ones are.
-  /// Those have a scale of any Gaussian logarithm, σ one value a problem, and any turn. The defaults follow SIFT on
-  /// real pairs (docs/generators.md).
   bool scale_rotation_changes = false;
   Range similarity_noise = {0.06, 0.14};
   Range gross_scale_rotation_changes = {0.0, 0.03};

@@ -217,12 +217,8 @@ std::unique_ptr<Dataset> MakeSyntheticTwoView(const SyntheticTwoViewOptions& opt
   return std::make_unique<SyntheticTwoView>(options, seed);
 }
 
-namespace {
-
 const RegisteredDataset<SyntheticTwoViewOptions> kSyntheticTwoView("synthetic_two_view", DataSource::kGenerated,
                                                                    "Random scenes seen by two random cameras.",
                                                                    MakeSyntheticTwoView);
-
-}  // namespace
 
 }  // namespace diffsac

@@ -15,38 +15,19 @@ namespace diffsac {
 /// drawn, and how, is in docs/generators.md; every constant is here. The unit of length is the nearest depth of the
 /// scene seen from camera 1.
 struct SyntheticTwoViewOptions : GeneratorOptions {
-  Task task = Task::kFundamental;   ///< Of two views.
+  Task task = Task::kFundamental;
   SyntheticMatchesOptions matches;  ///< Its keys stand beside the others.
   VirtualCameraOptions cameras;     ///< Likewise.
-
-  /// Weights of the scene kinds; they need not add up to 1.
-  ///   general   points anywhere in a range of depths. Task homography: that, seen by a camera that only turns.
-  ///   planar    all points on one plane (F is not unique there)
-  ///   mixed     a share of the points on one plane. Task homography: the model is the plane's, and matches off the
-  ///             plane are among the outliers.
-  ///   forward   general, but the camera moves along its axis. Task homography: planar, likewise.
   double general = 0.4, planar = 0.05, mixed = 0.35, forward = 0.2;
-
-  // No keys from here on.
-
-  /// Farthest over nearest depth of general points, log-uniform; depths are log-uniform between them.
+  // No keys from here on; docs/generators.md has what they mean.
   Range depth_ratio = {1.5, 20.0};
-  /// mixed: share of the inliers on the plane (two at least are off it). Task homography: 1 minus the share of the
-  /// outliers that are correct matches off the plane.
   Range plane_share = {0.4, 0.9};
-  /// Angle between the plane's normal and the first camera's axis.
   Range plane_tilt_deg = {0.0, 75.0};
-  /// Distance of the cameras over the geometric mean of nearest and farthest depth, log-uniform.
   Range baseline = {0.02, 0.6};
-  /// The second camera is turned by this about a random axis, after it was turned towards the middle of the scene with
-  /// probability `converging`.
   Range rotation_deg = {0.0, 25.0};
   double converging = 0.5;
-  /// forward: angle between the motion and the first camera's axis (ahead or back), and the turn.
   Range forward_cone_deg = {0.0, 10.0};
   Range forward_rotation_deg = {0.0, 5.0};
-  /// Least share of what image 1 shows that image 2 shows too. Motion and plane are drawn again, and made smaller by
-  /// and by, until it is met.
   double min_overlap = 0.3;
   void Bind(OptionsBinder& b);
 };

@@ -38,8 +38,8 @@ struct VirtualCameraOptions {
   Range image_width = {600, 2000};  ///< pixels
   Range image_aspect = {0.5, 1.4};  ///< height over width
   Range focal = {0.6, 1.8};         ///< focal length over the longer side; square pixels
-  double principal_offset = 0.03;   ///< the principal point is off the centre by up to this share of each side
-  double same_camera = 0.7;         ///< probability that both images come from one camera
+  double principal_offset = 0.03;
+  double same_camera = 0.7;  ///< probability that both images come from one camera
   void Bind(OptionsBinder& b);
 };
 VirtualCamera RandomCamera(const VirtualCameraOptions& options, Rng rng);

@@ -26,7 +26,7 @@
 #include "lab/eval/kept_examples.h"
 #include "lab/eval/problem_quantities.h"
 #include "lab/ground_truth/instances_error.h"
-#include "lab/ground_truth/pose_error.h"
+#include "lab/ground_truth/task_truth.h"
 
 namespace diffsac {
 namespace {

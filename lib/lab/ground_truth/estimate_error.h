@@ -12,30 +12,26 @@ inline constexpr double kWorstTranslationDeg = 90.0;
 /// Of the pose that a person is given: of a rotation, and of a direction with its sign.
 inline constexpr double kWorstPoseDeg = 180.0;
 
-/// How wrong one estimate is; NaN where the ground truth is unknown or the task has no such error.
+/// How wrong one estimate is (docs/metrics.md); NaN where the ground truth is unknown or the task has no such error.
 struct EstimateError {
   /// Lines, planes: between the normals, in [0, 90]. F, E: the larger of rotation_deg and translation_deg.
   double angle_deg = std::numeric_limits<double>::quiet_NaN();
-  /// Lines, planes, in the data's unit: difference of the two models' signed distances at the centroid of all points of
-  /// the problem, normals turned to the same side. A failure counts as the diagonal of the points' bounding box.
+  /// Lines, planes, in the data's unit.
   double offset = std::numeric_limits<double>::quiet_NaN();
   bool failed = false;                                                ///< No model, or one with a non-finite value.
   double rotation_deg = std::numeric_limits<double>::quiet_NaN();     ///< F, E: in [0, 180]
   double translation_deg = std::numeric_limits<double>::quiet_NaN();  ///< F, E: of the direction, either sign, [0, 90]
-  /// H: mean distance |H x − H_true x| in image 2 over the pixels of image 1 that both images show. F and E where no
-  /// pose is known: mean Sampson distance of the true inliers. A failure is infinite.
+  /// H: HomographyError. F and E where no pose is known: mean Sampson distance of the true inliers.
   double error_px = std::numeric_limits<double>::quiet_NaN();
   /// Of an unknown focal length, relative; infinite for a failure.
   double focal = std::numeric_limits<double>::quiet_NaN();
-  /// Several structures (docs/metrics.md#several-structures): per cent of the points whose label is not the true one's.
+  /// Several structures: per cent of the points whose label is not the true one's.
   double misclassified = std::numeric_limits<double>::quiet_NaN();
   /// The same: share of the true structures that are found.
   double recall = std::numeric_limits<double>::quiet_NaN();
-  /// The same, of lines, planes and vanishing points: degrees between each true structure and the estimate that is
-  /// matched to it, in the order of the truth (docs/metrics.md#angles-of-several-structures).
+  /// The same: InstanceAngles.
   std::vector<double> instance_angles_deg = {};
-  /// Two views: of the pose that a person is given, not of the model (AddPoseError), in [0, 180]: of R, of t with its
-  /// sign, and the larger of the two.
+  /// Two views: AddPoseError, of R, of t with its sign, and the larger of the two.
   double pose_rotation_deg = std::numeric_limits<double>::quiet_NaN();
   double pose_translation_deg = std::numeric_limits<double>::quiet_NaN();
   double pose_deg = std::numeric_limits<double>::quiet_NaN();

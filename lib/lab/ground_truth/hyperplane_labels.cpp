@@ -1,4 +1,4 @@
-#include "lab/ground_truth/hyperplane_labels.h"
+#include "lab/ground_truth/labels.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -98,12 +98,6 @@ void Offer(const TruthFrame<D>& frame, const std::array<int, D>& set, BestSets<D
   if (cost < std::numeric_limits<double>::infinity()) best->Offer(cost, set);
 }
 
-void SearchAllPairs(const TruthFrame<2>& frame, BestSets<2>* best) {
-  const auto count = static_cast<int>(frame.index.size());
-  for (int i = 0; i < count; ++i)
-    for (int j = i + 1; j < count; ++j) Offer<2>(frame, {i, j}, best);
-}
-
 // All triplets out of `members` (ascending).
 void SearchAllTriplets(const TruthFrame<3>& frame, const std::vector<int>& members, BestSets<3>* best) {
   const auto count = static_cast<int>(members.size());
@@ -139,7 +133,11 @@ void SearchBounded(const TruthFrame<3>& frame, int budget, BestSets<3>* best) {
   SearchAllTriplets(frame, PromisingMembers(frame, chosen), best);
 }
 
-void Search(const TruthFrame<2>& frame, const LabelOptions&, BestSets<2>* best) { SearchAllPairs(frame, best); }
+void Search(const TruthFrame<2>& frame, const LabelOptions&, BestSets<2>* best) {
+  const auto count = static_cast<int>(frame.index.size());
+  for (int i = 0; i < count; ++i)
+    for (int j = i + 1; j < count; ++j) Offer<2>(frame, {i, j}, best);
+}
 
 void Search(const TruthFrame<3>& frame, const LabelOptions& options, BestSets<3>* best) {
   const auto count = static_cast<int>(frame.index.size());

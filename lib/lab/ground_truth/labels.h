@@ -19,13 +19,9 @@ inline constexpr auto kEnumNames<LabelTarget> = NamesOf<LabelTarget>({{LabelTarg
 
 struct LabelOptions {
   LabelTarget target = LabelTarget::kMinimalSet;
-  /// The label is drawn anew from the M best sets each time an example is seen; 1 is the paper's single optimum.
   int top_m = 1;
-  /// Planes: how many triplets the bounded search may solve (lines are searched exhaustively).
   int search_budget = 2000;
-  /// The other models: how many random sets of true inliers are solved.
   int draws = 300;
-  /// The same: an inlier's distance from a candidate counts at most this many ε.
   double truncation_factor = 3.0;
   /// By which of the task's models sets are solved; empty: its own. The training configuration's `model`, no key here.
   std::string model;
@@ -43,12 +39,18 @@ struct RankedSet {
 Example OfInstance(const Example& example, std::size_t instance);
 
 /// The (up to) M sets of γ true inliers whose model is nearest to the ground-truth model, best first. Empty when there
-/// are fewer than γ true inliers. What a set's distance is, and which sets are looked at, is the task's own: see
-/// lab/ground_truth/hyperplane_labels.h for lines and planes, lab/ground_truth/random_labels.h for the rest. They
-/// depend on the example alone, so an example has the same sets in every epoch. Of several structures
+/// are fewer than γ true inliers. What a set's distance is, and which sets are looked at, is the task's own:
+/// OptimalHyperplaneSets for lines and planes, BestRandomSets (labels.cpp) for the rest. They depend on the example
+/// alone, so an example has the same sets in every epoch. Of several structures
 /// (GroundTruth::structures) up to M of each, one structure behind the other: a set drawn from all of them stands for
 /// each alike. Throws Error when options.model is none of the example's task.
 std::vector<RankedSet> OptimalMinimalSets(const Example& example, const LabelOptions& options, int count);
+
+/// OptimalMinimalSets of lines and planes. Distance: RMS over the true inliers of the candidate model's residual at the
+/// inlier's projection onto the ground-truth model, in the data's unit. Pairs are searched exhaustively, triplets
+/// within options.search_budget. D: 2 or 3.
+template <int D>
+std::vector<RankedSet> OptimalHyperplaneSets(const Example& example, const LabelOptions& options, int count);
 
 /// The points that may be labelled +1 together, by options.target: up to top_m optimal minimal sets, or the true
 /// inliers, of each structure.

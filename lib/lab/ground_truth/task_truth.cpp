@@ -12,7 +12,6 @@
 #include "diffsac/geometry/pose.h"
 #include "diffsac/problem/tasks.h"
 #include "diffsac/ransac/sample_consensus.h"
-#include "lab/ground_truth/hyperplane_labels.h"
 
 namespace diffsac {
 namespace {
@@ -40,6 +39,13 @@ double TranslationErrorDegrees(const Eigen::Vector3d& estimate, const Eigen::Vec
   if (truth.norm() == 0.0) return 0.0;
   const double angle = DirectionAngleDegrees(estimate, truth);
   return std::min(angle, 180.0 - angle);
+}
+
+/// With its sign; a t of zero says that there is none, which is right or wrong.
+double SignedDirectionError(const Eigen::Vector3d& estimate, const Eigen::Vector3d& truth) {
+  const bool told = estimate.norm() > 0.0, there = truth.norm() > 0.0;
+  if (told && there) return DirectionAngleDegrees(estimate, truth);
+  return told == there ? 0.0 : kWorstPoseDeg;
 }
 
 constexpr int kBoxGrid = 10;
@@ -371,6 +377,18 @@ std::vector<Eigen::Vector2d> JointlyVisiblePixels(const Example& example) {
 std::vector<std::uint8_t> AbsolutePoseInliers(const Problem& problem, const AbsolutePose::Parameters& pose) {
   const NormalizedProblem space(problem);
   return InlierMask<AbsolutePose>(space.points(), pose, space.threshold());
+}
+
+void AddPoseError(const std::optional<RigidMotion>& pose, const Example& example, EstimateError* error) {
+  const Problem& problem = example.problem;
+  if (!IsTwoView(problem.task) || !example.truth.pose) return;
+  if (!problem.cameras && !FindsFocals(problem.task)) return;
+  error->pose_rotation_deg = error->pose_translation_deg = kWorstPoseDeg;
+  if (pose && pose->rotation.allFinite() && pose->translation.allFinite()) {
+    error->pose_rotation_deg = RotationAngleDegrees(pose->rotation, example.truth.pose->rotation);
+    error->pose_translation_deg = SignedDirectionError(pose->translation, example.truth.pose->translation);
+  }
+  error->pose_deg = std::max(error->pose_rotation_deg, error->pose_translation_deg);
 }
 
 }  // namespace diffsac

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "diffsac/geometry/absolute_pose.h"
+#include "diffsac/geometry/rigid_motion.h"
 #include "lab/ground_truth/estimate_error.h"
 #include "lab/ground_truth/labels.h"
 #include "lab/ground_truth/linear_equations.h"
@@ -40,6 +42,11 @@ bool ErrorInPixels(Task task);
 /// and the calibration are known also the least error among the motions into which H decomposes.
 EstimateError HomographyError(const ModelParameters* model, const std::vector<std::uint8_t>& inliers,
                               const Example& example);
+
+/// Adds the errors of the motion that a person is given (PoseOfEstimate of the estimate), whatever the model allows
+/// beside it (docs/metrics.md#the-pose-that-is-given). Adds nothing where no such motion can be judged: without a true
+/// pose, of other tasks than those of two views, and of F and H without cameras.
+void AddPoseError(const std::optional<RigidMotion>& pose, const Example& example, EstimateError* error);
 
 /// The step of the grid that stands for all pixels.
 inline constexpr int kVisibleStep = 4;

@@ -17,12 +17,6 @@ namespace {
 constexpr int kBlocksBefore = 2, kBlocksBetween = 2, kBlocksAfter = 1, kFinalBlocks = 2;
 constexpr float kFar = 1e30f;
 
-std::shared_ptr<nn::LinearImpl> MakeLinear(std::int64_t in, std::int64_t out, Rng rng, bool bias = true) {
-  auto layer = std::make_shared<nn::LinearImpl>(nn::LinearOptions(in, out).bias(bias));
-  InitializeLinear(*layer, LinearStart::kDefault, 0.0, rng);
-  return layer;
-}
-
 // values: [B, N, C], index: [B, M] -> [B, M, C].
 torch::Tensor TakePoints(const torch::Tensor& values, const torch::Tensor& index) {
   return values.gather(1, index.unsqueeze(-1).expand({-1, -1, values.size(2)}));
@@ -85,10 +79,10 @@ torch::Tensor ConsensusGraph(const torch::Tensor& z, const torch::Tensor& w) {
 AnnularConvolution::AnnularConvolution(std::int64_t width, int neighbors, int annulus, Rng rng)
     : neighbors_(neighbors), annulus_(annulus) {
   const std::int64_t rings = neighbors / annulus;
-  center_ = register_module("center", nn::Linear(MakeLinear(width, width, rng.Fork("center"))));
-  ring_ = register_module("ring", nn::Linear(MakeLinear(width, annulus * width, rng.Fork("ring"), false)));
+  center_ = register_module("center", MakeLinear({width, width}, rng.Fork("center")));
+  ring_ = register_module("ring", MakeLinear(nn::LinearOptions(width, annulus * width).bias(false), rng.Fork("ring")));
   ring_norm_ = register_module("ring_norm", std::make_shared<ContextNorm>(rings * width));
-  join_ = register_module("join", nn::Linear(MakeLinear(rings * width, width, rng.Fork("join"))));
+  join_ = register_module("join", MakeLinear({rings * width, width}, rng.Fork("join")));
   join_norm_ = register_module("join_norm", std::make_shared<ContextNorm>(width));
 }
 
@@ -119,7 +113,7 @@ ClnetPruning::ClnetPruning(std::int64_t input_width, std::int64_t width, int nei
     return made;
   };
   const auto linear = [&](const char* name, std::int64_t in, std::int64_t out) {
-    return register_module(name, nn::Linear(MakeLinear(in, out, rng.Fork(name))));
+    return register_module(name, MakeLinear({in, out}, rng.Fork(name)));
   };
   input_ = linear("input", input_width, width);
   before_ = blocks("before", kBlocksBefore);
@@ -159,7 +153,7 @@ ClnetNetwork::ClnetNetwork(const ClnetNetworkOptions& options, int input_width, 
   for (int i = 0; i < kFinalBlocks; ++i)
     final_.push_back(register_module("final" + std::to_string(i),
                                      std::make_shared<ContextBlock>(options.width, rng.Fork("final", i))));
-  output_ = register_module("output", nn::Linear(MakeLinear(options.width, 1, rng.Fork("output"))));
+  output_ = register_module("output", MakeLinear({options.width, 1}, rng.Fork("output")));
 }
 
 ClnetOutput ClnetNetwork::Run(const PointBatch& batch) {
@@ -201,12 +195,8 @@ torch::Tensor ClnetNetwork::Weights(const PointBatch& batch) {
   return torch::zeros({batch.size(), batch.max_points()}, weights.options()).scatter_add(1, output.index, weights);
 }
 
-namespace {
-
 const RegisteredLearnedEstimator<WeightedEstimator, WeightedEstimatorOptions, LearnedWeights> kClnet(
     "clnet", "A weighted fit of the points that progressive pruning keeps (docs/clnet.md).",
     DefaultWeightedOptions("clnet"), LoadWeightsOfRow<ClnetNetwork>);
-
-}  // namespace
 
 }  // namespace diffsac

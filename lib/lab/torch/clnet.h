@@ -16,11 +16,11 @@ namespace diffsac {
 /// The group `network` of `method: clnet`.
 struct ClnetNetworkOptions {
   PointFeaturesOptions features;
-  int width = 100;                      ///< channels
-  std::vector<int> neighbors = {9, 6};  ///< k of each pruning's graph; so many prunings
-  int annulus = 3;                      ///< neighbours in an annulus; divides every k
-  double keep = 0.5;                    ///< share of the points that a pruning keeps
-  int fewest = 16;                      ///< a pruning keeps at least so many points
+  int width = 100;
+  std::vector<int> neighbors = {9, 6};
+  int annulus = 3;
+  double keep = 0.5;
+  int fewest = 16;
   void Bind(OptionsBinder& b);
   /// A network of these options has at least so many.
   std::int64_t LeastWeights() const;

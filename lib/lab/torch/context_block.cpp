@@ -34,12 +34,10 @@ torch::Tensor ContextNorm::Forward(const torch::Tensor& input, const torch::Tens
 }
 
 ContextBlock::ContextBlock(std::int64_t width, Rng rng) {
-  first_ = register_module("first", nn::Linear(width, width));
+  first_ = register_module("first", MakeLinear({width, width}, rng.Fork("first")));
   first_norm_ = register_module("first_norm", std::make_shared<ContextNorm>(width));
-  second_ = register_module("second", nn::Linear(width, width));
+  second_ = register_module("second", MakeLinear({width, width}, rng.Fork("second")));
   second_norm_ = register_module("second_norm", std::make_shared<ContextNorm>(width));
-  InitializeLinear(*first_, LinearStart::kDefault, 0.0, rng.Fork("first"));
-  InitializeLinear(*second_, LinearStart::kDefault, 0.0, rng.Fork("second"));
 }
 
 torch::Tensor ContextBlock::Forward(const torch::Tensor& x, const torch::Tensor& shares) {

@@ -70,9 +70,8 @@ void Denoiser::AddInlierHead(const Rng& rng) {
 }
 
 nn::Linear Denoiser::AddLinear(const char* name, std::int64_t in, std::int64_t out, const Rng& rng, bool zero) {
-  auto layer = register_module(name, nn::Linear(in, out));
-  InitializeLinear(*layer, zero ? LinearStart::kZero : LinearStart::kDefault, 0.0, rng.Fork(name));
-  return layer;
+  return register_module(name,
+                         MakeLinear({in, out}, rng.Fork(name), zero ? LinearStart::kZero : LinearStart::kDefault));
 }
 
 nn::LayerNorm Denoiser::AddNorm(const char* name) {

@@ -170,15 +170,11 @@ std::vector<Denoised> DiffsacNetwork::Run(const DenoisingOptions& denoising, std
   return results;
 }
 
-namespace {
-
 const Registered<DiffsacEngine> kLibTorch("libtorch",
                                           {[](const std::string& device) { return DeviceFromString(device).is_cpu(); },
                                            [](const TrainedConfig& trained,
                                               const std::string& device) -> std::shared_ptr<const DiffsacModel> {
                                              return LoadNetwork(trained, DeviceFromString(device));
                                            }});
-
-}  // namespace
 
 }  // namespace diffsac

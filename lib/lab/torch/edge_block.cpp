@@ -28,12 +28,10 @@ torch::Tensor NearestRows(const torch::Tensor& u, const torch::Tensor& mask, std
 
 EdgeBlock::EdgeBlock(std::int64_t width, std::int64_t neighbors, Rng rng) : neighbors_(neighbors) {
   norm_ = register_module("norm", nn::LayerNorm(nn::LayerNormOptions({width})));
-  own_ = register_module("own", nn::Linear(width, 2 * width));
-  difference_ = register_module("difference", nn::Linear(nn::LinearOptions(width, 2 * width).bias(false)));
-  output_ = register_module("output", nn::Linear(2 * width, width));
-  InitializeLinear(*own_, LinearStart::kDefault, 0.0, rng.Fork("own"));
-  InitializeLinear(*difference_, LinearStart::kDefault, 0.0, rng.Fork("difference"));
-  InitializeLinear(*output_, LinearStart::kDefault, 0.0, rng.Fork("output"));
+  own_ = register_module("own", MakeLinear({width, 2 * width}, rng.Fork("own")));
+  difference_ = register_module("difference",
+                                MakeLinear(nn::LinearOptions(width, 2 * width).bias(false), rng.Fork("difference")));
+  output_ = register_module("output", MakeLinear({2 * width, width}, rng.Fork("output")));
 }
 
 namespace {

@@ -18,24 +18,19 @@ void Fill(torch::Tensor& tensor, Draw draw) {
 
 }  // namespace
 
-void InitializeLinear(torch::nn::LinearImpl& layer, LinearStart start, double standard_deviation, Rng rng) {
-  const double bound = 1.0 / std::sqrt(static_cast<double>(layer.weight.size(1)));
-  Rng weights = rng.Fork("weight");
-  Rng biases = rng.Fork("bias");
-  switch (start) {
-    case LinearStart::kDefault:
-      Fill(layer.weight, [&] { return weights.Uniform(-bound, bound); });
-      if (layer.bias.defined()) Fill(layer.bias, [&] { return biases.Uniform(-bound, bound); });
-      return;
-    case LinearStart::kScaled:
-      Fill(layer.weight, [&] { return standard_deviation * weights.Normal(); });
-      if (layer.bias.defined()) Fill(layer.bias, [] { return 0.0; });
-      return;
-    case LinearStart::kZero:
-      Fill(layer.weight, [] { return 0.0; });
-      if (layer.bias.defined()) Fill(layer.bias, [] { return 0.0; });
-      return;
-  }
+torch::nn::Linear MakeLinear(const torch::nn::LinearOptions& options, const Rng& rng, LinearStart start,
+                             std::int64_t width) {
+  torch::nn::Linear layer(options);
+  const double bound = 1.0 / std::sqrt(static_cast<double>(options.in_features()));
+  const double deviation = 0.25 * std::sqrt(1.0 / static_cast<double>(width));
+  Rng weights = rng.Fork("weight"), biases = rng.Fork("bias");
+  Fill(layer->weight, [&] {
+    if (start == LinearStart::kZero) return 0.0;
+    return start == LinearStart::kScaled ? deviation * weights.Normal() : weights.Uniform(-bound, bound);
+  });
+  if (layer->bias.defined())
+    Fill(layer->bias, [&] { return start == LinearStart::kDefault ? biases.Uniform(-bound, bound) : 0.0; });
+  return layer;
 }
 
 }  // namespace diffsac

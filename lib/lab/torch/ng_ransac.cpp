@@ -18,13 +18,12 @@ void NgRansacNetworkOptions::Bind(OptionsBinder& b) {
 
 NgRansacNetwork::NgRansacNetwork(const NgRansacNetworkOptions& options, int input_width, Rng rng)
     : kind_(options.output) {
-  input_ = register_module("input", nn::Linear(input_width, options.width));
-  InitializeLinear(*input_, LinearStart::kDefault, 0.0, rng.Fork("input"));
+  input_ = register_module("input", MakeLinear({input_width, options.width}, rng.Fork("input")));
   for (int i = 0; i < options.blocks; ++i)
     blocks_.push_back(register_module("block" + std::to_string(i),
                                       std::make_shared<ContextBlock>(options.width, rng.Fork("block", i))));
-  output_ = register_module("output", nn::Linear(options.width, 1));
-  InitializeLinear(*output_, LinearStart::kZero, 0.0, rng.Fork("output"));  // a new network samples uniformly
+  // A new network samples uniformly.
+  output_ = register_module("output", MakeLinear({options.width, 1}, rng.Fork("output"), LinearStart::kZero));
 }
 
 torch::Tensor NgRansacNetwork::LogWeights(const PointBatch& batch) {
@@ -39,12 +38,8 @@ torch::Tensor NgRansacNetwork::LogWeights(const PointBatch& batch) {
 
 torch::Tensor NgRansacNetwork::Weights(const PointBatch& batch) { return LogWeights(batch).exp(); }
 
-namespace {
-
 const RegisteredLearnedEstimator<WeightedEstimator, WeightedEstimatorOptions, LearnedWeights> kNgRansac(
     "ng_ransac", "Minimal sets drawn with learned weights (docs/ng_ransac.md).", DefaultWeightedOptions("ng_ransac"),
     LoadWeightsOfRow<NgRansacNetwork>);
-
-}  // namespace
 
 }  // namespace diffsac

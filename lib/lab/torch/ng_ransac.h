@@ -23,8 +23,8 @@ inline constexpr auto kEnumNames<NgRansacOutput> = NamesOf<NgRansacOutput>({{NgR
 /// The group `network` of `method: ng_ransac`.
 struct NgRansacNetworkOptions {
   PointFeaturesOptions features;
-  int width = 128;  ///< channels
-  int blocks = 12;  ///< residual blocks of two linear layers each
+  int width = 128;
+  int blocks = 12;
   NgRansacOutput output = NgRansacOutput::kSoftmax;
   void Bind(OptionsBinder& b);
   /// A network of these options has at least so many.

@@ -16,10 +16,8 @@ class MlpBlock : public PointBlock {
  public:
   MlpBlock(std::int64_t width, const Rng& rng) {
     norm_ = register_module("norm", nn::LayerNorm(nn::LayerNormOptions({width})));
-    hidden_ = register_module("hidden", nn::Linear(width, 2 * width));
-    output_ = register_module("output", nn::Linear(2 * width, width));
-    InitializeLinear(*hidden_, LinearStart::kDefault, 0.0, rng.Fork("hidden"));
-    InitializeLinear(*output_, LinearStart::kDefault, 0.0, rng.Fork("output"));
+    hidden_ = register_module("hidden", MakeLinear({width, 2 * width}, rng.Fork("hidden")));
+    output_ = register_module("output", MakeLinear({2 * width, width}, rng.Fork("output")));
   }
   torch::Tensor Forward(const torch::Tensor& x, const torch::Tensor&) override {
     return x + output_(torch::gelu(hidden_(norm_(x)), "tanh"));

@@ -11,25 +11,22 @@ namespace nn = torch::nn;
 
 namespace {
 
-// Of the weights' start.
-double DeviationOf(std::int64_t width) { return 0.25 * std::sqrt(1.0 / static_cast<double>(width)); }
+nn::Linear ScaledLinear(std::int64_t in, std::int64_t out, std::int64_t width, const Rng& rng) {
+  return MakeLinear({in, out}, rng, LinearStart::kScaled, width);
+}
 
 }  // namespace
 
 TransformerMlp::TransformerMlp(std::int64_t width, Rng rng) {
-  c_fc_ = register_module("c_fc", nn::Linear(width, 4 * width));
-  c_proj_ = register_module("c_proj", nn::Linear(4 * width, width));
-  InitializeLinear(*c_fc_, LinearStart::kScaled, DeviationOf(width), rng.Fork("c_fc"));
-  InitializeLinear(*c_proj_, LinearStart::kScaled, DeviationOf(width), rng.Fork("c_proj"));
+  c_fc_ = register_module("c_fc", ScaledLinear(width, 4 * width, width, rng.Fork("c_fc")));
+  c_proj_ = register_module("c_proj", ScaledLinear(4 * width, width, width, rng.Fork("c_proj")));
 }
 
 torch::Tensor TransformerMlp::Forward(const torch::Tensor& x) { return c_proj_(torch::gelu(c_fc_(x))); }
 
 PointAttention::PointAttention(std::int64_t width, std::int64_t heads, Rng rng) : heads_(heads) {
-  c_qkv_ = register_module("c_qkv", nn::Linear(width, 3 * width));
-  c_proj_ = register_module("c_proj", nn::Linear(width, width));
-  InitializeLinear(*c_qkv_, LinearStart::kScaled, DeviationOf(width), rng.Fork("c_qkv"));
-  InitializeLinear(*c_proj_, LinearStart::kScaled, DeviationOf(width), rng.Fork("c_proj"));
+  c_qkv_ = register_module("c_qkv", ScaledLinear(width, 3 * width, width, rng.Fork("c_qkv")));
+  c_proj_ = register_module("c_proj", ScaledLinear(width, width, width, rng.Fork("c_proj")));
 }
 
 torch::Tensor PointAttention::Forward(const torch::Tensor& x, const torch::Tensor& mask) {

@@ -11,12 +11,10 @@ namespace nn = torch::nn;
 
 PooledBlock::PooledBlock(std::int64_t width, Rng rng) {
   norm_ = register_module("norm", nn::LayerNorm(nn::LayerNormOptions({width})));
-  attention_ = register_module("attention", nn::Linear(width, kPoolingHeads));
-  set_ = register_module("set", nn::Linear((2 + kPoolingHeads) * width, 2 * width));
-  point_ = register_module("point", nn::Linear(width, 2 * width));
-  output_ = register_module("output", nn::Linear(2 * width, width));
-  for (auto [name, layer] : {std::pair{"attention", attention_}, {"set", set_}, {"point", point_}, {"output", output_}})
-    InitializeLinear(*layer, LinearStart::kDefault, 0.0, rng.Fork(name));
+  attention_ = register_module("attention", MakeLinear({width, kPoolingHeads}, rng.Fork("attention")));
+  set_ = register_module("set", MakeLinear({(2 + kPoolingHeads) * width, 2 * width}, rng.Fork("set")));
+  point_ = register_module("point", MakeLinear({width, 2 * width}, rng.Fork("point")));
+  output_ = register_module("output", MakeLinear({2 * width, width}, rng.Fork("output")));
 }
 
 torch::Tensor PooledBlock::Pool(const torch::Tensor& u, const torch::Tensor& mask) {

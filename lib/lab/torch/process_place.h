@@ -25,15 +25,8 @@ using Environment = std::function<std::optional<std::string>(const std::string& 
 /// The variables of this process.
 Environment ProcessEnvironment();
 
-/// Reads what launchers set, the first of these that is there:
-/// - torchrun and whoever sets the same: RANK, WORLD_SIZE, LOCAL_RANK, LOCAL_WORLD_SIZE, MASTER_ADDR, MASTER_PORT;
-/// - Open MPI's mpirun: OMPI_COMM_WORLD_RANK, _SIZE, _LOCAL_RANK, _LOCAL_SIZE;
-/// - mpiexec of MPICH and Intel MPI: PMI_RANK, PMI_SIZE, MPI_LOCALRANKID, MPI_LOCALNRANKS;
-/// - srun, inside a step: SLURM_PROCID, SLURM_STEP_NUM_TASKS or SLURM_NTASKS, SLURM_LOCALID, SLURM_NTASKS_PER_NODE.
-/// MASTER_ADDR and MASTER_PORT count with every launcher; without them the address is the first host of SLURM's list
-/// or, where all processes are on one machine, that machine's own, and the port follows from SLURM_JOB_ID or is 29500.
-/// One process, or none of these variables: the default place. Throws Error for values that are no numbers or out of
-/// range, and where the address of rank 0 cannot be known.
+/// Reads what launchers set (docs/clusters.md). One process, or none of these variables: the default place. Throws
+/// Error for values that are no numbers or out of range, and where the address of rank 0 cannot be known.
 ProcessPlace FindProcessPlace(const Environment& environment = ProcessEnvironment());
 
 /// The first name of a list as SLURM writes it: "gpu[03-05,9],login" is "gpu03".

@@ -13,19 +13,13 @@ namespace nn = torch::nn;
 
 namespace {
 
-nn::Linear MakeLinear(const std::string& name, int in, int out, const Rng& rng) {
-  nn::Linear layer(in, out);
-  InitializeLinear(*layer, LinearStart::kDefault, 0.0, rng.Fork(name));
-  return layer;
-}
-
 nn::LayerNorm MakeNorm(int width) { return nn::LayerNorm(nn::LayerNormOptions({width})); }
 
 }  // namespace
 
 SetScorerModule::Layer::Layer(const SetScorerOptions& options, const Rng& rng) {
   const auto linear = [&](const std::string& name, int in, int out) {
-    return register_module(name, MakeLinear(name, in, out, rng));
+    return register_module(name, MakeLinear({in, out}, rng.Fork(name)));
   };
   before_attention = register_module("before_attention", MakeNorm(options.width));
   before_hidden = register_module("before_hidden", MakeNorm(options.width));
@@ -38,7 +32,7 @@ SetScorerModule::Layer::Layer(const SetScorerOptions& options, const Rng& rng) {
 SetScorerModule::SetScorerModule(const SetScorerOptions& options, int features, int pairs, const Rng& rng)
     : options_(options), features_(features), pairs_(pairs) {
   const auto linear = [&](const std::string& name, int in, int out) {
-    return register_module(name, MakeLinear(name, in, out, rng));
+    return register_module(name, MakeLinear({in, out}, rng.Fork(name)));
   };
   input_ = linear("input", features, options.width);
   pair_hidden_ = linear("pair_hidden", pairs, options.pair_width);

@@ -12,8 +12,6 @@ namespace diffsac {
 /// How learned weights are used: the group `inference` of a training configuration of `method: ng_ransac` or `clnet`
 /// (kept in the checkpoint), any key of which a row of an experiment may override.
 struct WeightedEstimatorOptions : LearnedOptions {
-  /// Minimal sets drawn with the weights, without replacement within a set; repeated ones are solved as well. Exactly
-  /// so many with `consensus.stopping: budget`, at most so many with `confidence`, as of the rows that do not learn.
   int max_iterations = 20;
   void Bind(OptionsBinder& b);
 };

@@ -22,15 +22,14 @@ struct ClnetLosses {
   double regression_weight = 0.5;
   double regression_start = 0.2;
   static constexpr const char* kHelp = "CLNet's losses (docs/clnet.md)";
-  void Bind(OptionsBinder& b);
+  void Bind(OptionsBinder& b) {
+    b.Field("temperature", temperature, Positive())
+        .Help("α of the adaptive temperature exp(−(1 − d/ε) / α) of an inlier at distance d from the true model");
+    b.Field("regression_weight", regression_weight, AtLeast(0)).Help("of the model regression loss");
+    b.Field("regression_start", regression_start, Within(0.0, 1.0))
+        .Help("share of the iterations after which it counts");
+  }
 };
-
-void ClnetLosses::Bind(OptionsBinder& b) {
-  b.Field("temperature", temperature, Positive())
-      .Help("α of the adaptive temperature exp(−(1 − d/ε) / α) of an inlier at distance d from the true model");
-  b.Field("regression_weight", regression_weight, AtLeast(0)).Help("of the model regression loss");
-  b.Field("regression_start", regression_start, Within(0.0, 1.0)).Help("share of the iterations after which it counts");
-}
 
 class ClnetLearner : public NetworkLearner<WeightedEstimator, WeightTraining<ClnetNetwork, ClnetLosses>> {
  public:

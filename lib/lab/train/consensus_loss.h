@@ -9,9 +9,8 @@
 
 namespace diffsac {
 
-/// CLNet's adaptive temperature of each point, [B, M]: exp(−(1 − d) / α) of an inlier at distance d ≤ 1 (in multiples
-/// of ε) from the true model, 1 of an outlier. A clear inlier is cooled, which asks for a larger logit; one near the
-/// threshold, whose label is doubtful, is not. distances: [B, M]; inliers: [B, M], 0 or 1.
+/// CLNet's adaptive temperature of each point (docs/clnet.md), [B, M]. distances: [B, M], in multiples of ε; inliers:
+/// [B, M], 0 or 1.
 torch::Tensor AdaptiveTemperature(const torch::Tensor& distances, const torch::Tensor& inliers, double alpha);
 
 /// Cross-entropy of temperature · logits; inliers and outliers of a problem weigh the same, whatever their numbers.

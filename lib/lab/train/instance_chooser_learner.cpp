@@ -30,13 +30,11 @@ constexpr double kDropout = 0.1;
 struct ChooserLearning {
   int draws = 1500;
   int most = 5;
-  void Bind(OptionsBinder& b);
+  void Bind(OptionsBinder& b) {
+    b.Field("draws", draws, Within(10, 100000)).Help("minimal sets of an image, drawn by the segments' lengths");
+    b.Field("most", most, Within(1, 20)).Help("structures that are chosen one after the other in a training step");
+  }
 };
-
-void ChooserLearning::Bind(OptionsBinder& b) {
-  b.Field("draws", draws, Within(10, 100000)).Help("minimal sets of an image, drawn by the segments' lengths");
-  b.Field("most", most, Within(1, 20)).Help("structures that are chosen one after the other in a training step");
-}
 
 struct ChooserTraining : LearnerOptions {
   SetScorerOptions network;

@@ -47,10 +47,7 @@ class Learner {
   virtual std::unique_ptr<RobustEstimator> AveragedEstimator() const = 0;
 };
 
-/// A method that learns, registered at the end of its learner's file:
-/// ```
-/// const RegisteredLearner<ClnetLearner::Training, ClnetLearner> kClnet("clnet", "Zhao et al., ...");
-/// ```
+/// A method that learns, registered at the end of its learner's file by a RegisteredLearner.
 struct LearnerEntry {
   static constexpr const char* kKind = "method that learns";
   std::string help;  ///< One line for the documentation.

@@ -31,19 +31,17 @@ struct NgRansacPhases {
   int pools = 4;
   int hypotheses = 16;
   static constexpr const char* kHelp = "NG-RANSAC's two phases (docs/ng_ransac.md)";
-  void Bind(OptionsBinder& b);
+  void Bind(OptionsBinder& b) {
+    b.Field("initialization_iterations", initialization_iterations, AtLeast(0))
+        .Help(
+            "the first steps train towards a target distribution made of residuals to the true model, the others "
+            "minimise the expected task loss");
+    b.Field("rate_factor", rate_factor, Positive()).Help("of the learning rate after the initialisation");
+    b.Field("pools", pools, Within(2, 1000))
+        .Help("draws of a pool of hypotheses for each problem; their mean loss is the baseline");
+    b.Field("hypotheses", hypotheses, Within(1, 100000)).Help("minimal sets in a pool");
+  }
 };
-
-void NgRansacPhases::Bind(OptionsBinder& b) {
-  b.Field("initialization_iterations", initialization_iterations, AtLeast(0))
-      .Help(
-          "the first steps train towards a target distribution made of residuals to the true model, the others "
-          "minimise the expected task loss");
-  b.Field("rate_factor", rate_factor, Positive()).Help("of the learning rate after the initialisation");
-  b.Field("pools", pools, Within(2, 1000))
-      .Help("draws of a pool of hypotheses for each problem; their mean loss is the baseline");
-  b.Field("hypotheses", hypotheses, Within(1, 100000)).Help("minimal sets in a pool");
-}
 
 template <MinimalModel Model>
 Estimate Select(const Problem& problem, std::vector<int> sets, const ConsensusOptions& options, const Rng& rng) {

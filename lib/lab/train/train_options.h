@@ -17,17 +17,16 @@ namespace diffsac {
 
 /// The group `train`, as every method has it.
 struct TrainOptions {
-  std::int64_t iterations = 20000;  ///< optimiser steps
-  int batch_size = 64;              ///< problems a step
-  double learning_rate = 1e-4;      ///< peak; cosine to 0
+  std::int64_t iterations = 20000;
+  int batch_size = 64;
+  double learning_rate = 1e-4;
   std::int64_t warmup_iterations = 200;
-  double clip_norm = 1.0;  ///< largest gradient norm; 0 does not clip
+  double clip_norm = 1.0;
   double ema_decay = 0.999;
   std::int64_t log_every = 100;
   std::int64_t validate_every = 1000;
   std::int64_t checkpoint_every = 1000;
-  int workers = 1;  ///< data threads
-  /// A checkpoint of the same architecture, of any task, whose averaged weights training starts from. Empty: none.
+  int workers = 1;
   std::string start_from;
   TwoViewTrainingOptions two_view;
   std::uint64_t seed = 1;
@@ -36,12 +35,10 @@ struct TrainOptions {
 
 /// The group `validation`.
 struct ValidationOptions {
-  int problems = 256;                                    ///< for each group; fewer when there are fewer
-  std::vector<double> outlier_ratios = {0.5, 0.7, 0.8};  ///< a group each; empty: one group of the data as it is
-  double threshold_deg = 0.5;                            ///< mAA threshold
-  double threshold_px = 20.0;                            ///< the same for tasks whose errors are in pixels
-  /// What its data changes in the training data, or, with a `type`, other data altogether; a mixture is validated on
-  /// its first part unless there is such data. Generated data is of split "validation".
+  int problems = 256;
+  std::vector<double> outlier_ratios = {0.5, 0.7, 0.8};
+  double threshold_deg = 0.5;
+  double threshold_px = 20.0;
   std::optional<Config> data;
   Tolerance ToleranceOf(Task task) const;
   void Bind(OptionsBinder& b, Task task);

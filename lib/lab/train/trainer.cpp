@@ -54,7 +54,6 @@ class Trainer {
   void Step(const std::vector<TrainingItem>& items, std::int64_t iteration);
   /// Nothing where it was told to stop.
   std::optional<std::vector<double>> Validate(const std::atomic<bool>& stop);
-  void TimeValidation();
   /// Validates, logs and saves what is due after a step; false where it was told to stop before all of that.
   bool Report(std::int64_t iteration, double data_wait_seconds, const std::atomic<bool>& stop);
   std::optional<std::vector<double>> ValidateWhenDue(std::int64_t done, const std::atomic<bool>& stop);
@@ -207,12 +206,6 @@ std::optional<std::vector<double>> Trainer::Validate(const std::atomic<bool>& st
   return accuracies;
 }
 
-// Of its first problems, so that the first forecast knows of it.
-void Trainer::TimeValidation() {
-  const std::atomic<bool> stop{true};
-  Validate(stop);
-}
-
 TrainOutcome Trainer::Run(const std::atomic<bool>& stop) {
   try {
     return RunSteps(stop);
@@ -322,7 +315,7 @@ TrainOutcome Trainer::RunSteps(const std::atomic<bool>& stop) {
   if (info_.iteration == train.iterations)
     LogInfo("nothing is left to do: all " + std::to_string(train.iterations) + " iterations are done");
   if (team_.main() && info_.iteration < train.iterations) {
-    TimeValidation();
+    Validate(std::atomic<bool>(true));  // Of its first problems, so that the first forecast knows of it.
     progress_.emplace("training", train.iterations - info_.iteration);
   }
   window_start_ = std::chrono::steady_clock::now();

@@ -13,22 +13,12 @@ namespace diffsac {
 
 /// What training does to the matches of two views before the network sees them; all drawn anew each time.
 struct TwoViewTrainingOptions {
-  /// At most so many matches: those of the drawn labels and random others; 0 keeps all.
   int max_points = 0;
-  /// One is drawn for each item and only matches of at most this ratio are kept. Empty: all matches.
   std::vector<double> max_ratios;
-  /// Both images mirrored and turned together, one turned a little more, the images exchanged: minimal sets stay what
-  /// they are, so that one pair stands for many cameras and motions.
   bool augment = false;
-  /// Share of the items in which groups of correct matches become wrong ones (lab/data/repeated_structures.h).
   double repeats = 0.0;
-  /// Share of the items in which correct matches are left out at random until only such a share of the matches, drawn
-  /// between these two with a uniform logarithm, is correct: hard pairs of easy ones. Twelve correct ones stay, and
-  /// what is harder stays as it is.
   double thinned = 0.0;
   std::vector<double> thinned_to = {0.03, 0.25};
-  /// The random others of max_points are among so many matches of highest prior, as with the key max_encoded_points of
-  /// an estimator (PointPrior); 0: among all.
   int likeliest = 0;
   void Bind(OptionsBinder& b);
 };

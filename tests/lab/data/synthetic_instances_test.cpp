@@ -1,5 +1,5 @@
-#include "lab/data/synthetic_instances.h"
 #include "diffsac/core/range.h"
+#include "lab/data/synthetic.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -14,7 +14,6 @@
 #include "lab/config/yaml.h"
 #include "lab/data/plane_pair.h"
 #include "lab/data/synthetic.h"
-#include "lab/data/synthetic_instances.h"
 #include "lab/ground_truth/best_sets.h"
 
 namespace diffsac {

@@ -1,4 +1,4 @@
-#include "lab/ground_truth/pose_error.h"
+#include "lab/ground_truth/task_truth.h"
 
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>

@@ -10,7 +10,7 @@
 #include "core/temporary_folder.h"
 #include "lab/config/make_estimator.h"
 #include "lab/config/yaml.h"
-#include "lab/data/synthetic_instances.h"
+#include "lab/data/synthetic.h"
 #include "lab/files/files.h"
 #include "lab/train/expected_loss.h"
 #include "lab/train/train_request.h"
