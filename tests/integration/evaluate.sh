@@ -35,13 +35,13 @@ expect_error 'config' evaluate --limit 3
 # Where data is found in a folder, and what is left out, is the program's to say.
 data="$own/it's data"
 mkdir -p "$data/modelnet_off" "$data/tutorial"
-needs() { evaluate --config "configs/tables/$1.yaml" --data "$data" --needs; }
+needs() { evaluate --config "configs/tables/$1.yaml" --data "$data" --needs "${@:2}"; }
 needs_only() { [[ "$(needs "$1")" == "$2" ]] || fail "$1 needs '$(needs "$1")', not '$2'"; }
 needs_only line ""
 needs_only modelnet_fundamental "$data/modelnet_off"
 needs_only essential_tutorial "$data/tutorial"
 needs ablation | grep -qx runs/pairs/test/castle-P19 || fail "the ablation's scenes are not named"
-[[ -d runs/ablation_mlp ]] || needs ablation | grep -qx runs/pairs/train/fox || fail "its trainings' scenes are not named"
+[[ -d runs/ablation_mlp ]] || needs ablation --train-missing | grep -qx runs/pairs/train/fox || fail "its trainings' scenes are not named"
 run_expecting 0 evaluate --config configs/tables/scans.yaml --data "$data" --output "$own/scans"
 grep -q 'scans: skipped.*pyransac3d_ply' "$own/out" || { cat "$own/out"; fail "what is left out is not named"; }
 
