@@ -83,10 +83,10 @@ printf '%s\n' 'name: lines' 'problems: 3' 'missing: leave_out' 'data: {type: syn
 (
   cd "$own/there"
   run_expecting 0 evaluate --config lines.yaml --device cpu
-  grep -q 'Left out: Tiny (needs runs/tiny' "$own/out" || fail "a row without its network is not named"
+  grep -q 'left out: Tiny (needs runs/tiny' "$own/err" || fail "a row without its network is not named"
   run_expecting 0 evaluate --config lines.yaml --device cpu --threads 1 --train-missing
   expect_file runs/tiny/checkpoints/best.safetensors runs/tiny.log
-  grep -q '| Tiny ' "$own/out" || { cat "$own/err"; fail "a row whose network was trained is left out"; }
+  grep -q '^Tiny ' "$own/out" || { cat "$own/err"; fail "a row whose network was trained is left out"; }
   grep -q "no training configuration is named 'nobody'" "$own/err" || fail "a network without a training is not named"
 
   # Killed, it takes its training with it.
