@@ -29,8 +29,7 @@ import subprocess
 import yaml
 
 from files import BadInput, run_script, write_whole
-from page import DIGEST, digest_line
-from tables import Table, markdown_table
+from tables import DIGEST, Table, digest_line, markdown_table
 
 MARK = re.compile(r"<!-- (figure|claim|evidence|figures): (.*?) -->", re.S)
 ENDS = {"figure": "<!-- / -->", "claim": "<!-- / -->", "evidence": "<!-- /evidence -->", "figures": "<!-- /figures -->"}

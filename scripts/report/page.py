@@ -12,16 +12,11 @@ import os
 
 from files import run_script, write_whole
 from runs import Run
-from tables import markdown_table
+from tables import digest_line, markdown_table
 
 SHOWN_DIGITS = 12  # Of a digest.
 MOST_MATCHES = 2
 COLOURS = 64  # Of a drawn picture.
-DIGEST = "- page: sha256 "
-
-
-def digest_line(text):
-    return DIGEST + hashlib.sha256(text.encode()).hexdigest() + "\n"
 
 
 def facts_of(run):

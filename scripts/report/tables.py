@@ -1,9 +1,16 @@
 """Tables, and their Markdown, LaTeX and CSV forms."""
 import csv
 import dataclasses
+import hashlib
 import io
 
 UNKNOWN = "–"  # Stands in tables for what is not known.
+DIGEST = "- page: sha256 "
+
+
+def digest_line(text):
+    """The last line of a page, which shows whether its text was changed by hand."""
+    return DIGEST + hashlib.sha256(text.encode()).hexdigest() + "\n"
 
 
 @dataclasses.dataclass

@@ -23,16 +23,22 @@ ImageSize SizeWithin(const ImageSize& size, const Points2DView& points) {
   }
 }
 
+/// A problem has scores as 1 - score in its ratios.
+template <class Input>
+void GiveScores(const Problem& problem, Input* matches) {
+  if (problem.scored)
+    matches->scores = 1.0 - problem.snn_ratio.array();
+  else
+    matches->snn_ratio = problem.snn_ratio;
+}
+
 Matches MatchesOf(const Problem& problem) {
   Matches matches{.points1 = problem.points.leftCols(2),
                   .points2 = problem.points.rightCols(2),
                   .size1 = SizeWithin(problem.size1, problem.points.leftCols(2)),
                   .size2 = SizeWithin(problem.size2, problem.points.rightCols(2)),
                   .scale_rotation_changes = problem.scale_rotation_changes};
-  if (problem.scored)
-    matches.scores = 1.0 - problem.snn_ratio.array();
-  else
-    matches.snn_ratio = problem.snn_ratio;
+  GiveScores(problem, &matches);
   return matches;
 }
 
@@ -69,10 +75,7 @@ FocalOptions FocalOptionsOf(const PairOptions& asked, const Problem& problem) {
 
 AbsolutePoseEstimate EstimateScenePose(const Problem& problem, const ImageOptions& options) {
   Matches2D3D matches{.points3d = problem.points.leftCols(3), .points2d = problem.points.rightCols(2)};
-  if (problem.scored)
-    matches.scores = 1.0 - problem.snn_ratio.array();
-  else
-    matches.snn_ratio = problem.snn_ratio;
+  GiveScores(problem, &matches);
   return EstimateAbsolutePose(matches, problem.cameras.value().K1, options);
 }
 
